@@ -52,10 +52,10 @@ struct Arguments {
 
 SyntheticOptions CameraOptions() {
   SyntheticOptions options;
-  options.width_px = 640;
-  options.height_px = 480;
-  options.focal_px = 550;
-  options.distortion = -0.05;
+  options.camera.width_px = 640;
+  options.camera.height_px = 480;
+  options.camera.focal_px = 550;
+  options.camera.distortion = -0.05;
   options.noise_px = 0.5;
   options.num_clutter = 100;
   options.outlier_ratio = 0.02;

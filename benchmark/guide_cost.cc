@@ -101,7 +101,7 @@ UpdateCost MeasureUpdates(GuidedMap map, size_t count, const Updates& updates, i
     const PlaceQuality& place = live.Update(now, 0);
     sum.place_s += lap.Take();
     good_share = place.completeness.good_share;
-    ChooseStations({}, live.map(), place, SeekersOf(now, agents));
+    ChooseStations(live.map(), place, SeekersOf(now, agents));
     sum.stations_s += lap.Take();
   }
   const auto n = static_cast<double>(updates.num);
@@ -117,7 +117,7 @@ void PrintRow(const GuidedMap& all, size_t count, const Updates& updates, int ag
   const double surface_s = lap.Take();
   const PlaceQuality place = AssessPlace(map);
   const double place_s = lap.Take();
-  ChooseStations({}, map, place, SeekersOf(map, agents));
+  ChooseStations(map, place, SeekersOf(map, agents));
   const double stations_s = lap.Take();
   const auto num_points = std::count_if(map.points.begin(), map.points.end(),
                                         [](const GuidedPoint& p) { return !p.photos.empty(); });

@@ -56,28 +56,11 @@ struct Arguments {
 };
 
 // Parts of the mapper that --without leaves out (docs/experiments/ablations.md): each function sets
-// limits that nothing exceeds.
+// a limit that nothing exceeds.
 using LeaveOut = void (*)(SubmapOptions*);
 const std::map<std::string, LeaveOut> kParts = {
-    {"narrow-ransac",
-     [](SubmapOptions* o) { o->registration.ransac_limits_px = {limits::kMaxPoseErrorPx}; }},
-    {"pose-sigmas",
-     [](SubmapOptions* o) {
-       o->registration.max_position_sigma = o->registration.max_frame_sigma_px = 1e6;
-     }},
-    {"epipolar", [](SubmapOptions* o) { o->registration.min_epipolar_share = 0; }},
-    {"missing-cells", [](SubmapOptions* o) { o->registration.min_cells = 1'000'000; }},
-    {"observed", [](SubmapOptions* o) { o->min_observed_ratio = 0; }},
-    {"weak", [](SubmapOptions* o) { o->min_observations = 0; }},
-    {"withdrawals", [](SubmapOptions* o) { o->max_withdrawals = 1'000'000; }},
+    {"missing-cells", [](SubmapOptions* o) { o->min_cells = 1'000'000; }},
     {"again", [](SubmapOptions* o) { o->min_rebuild_gain = 1; }},
-    {"weak-pairs", [](SubmapOptions* o) { o->misplaced.min_pair_share = 0; }},
-    {"misplaced", [](SubmapOptions* o) { o->misplaced.min_contradiction = 1'000'000; }},
-    {"focal-bounds",
-     [](SubmapOptions* o) {
-       o->registration.min_focal_factor = 0.1;
-       o->registration.max_focal_factor = 10;
-     }},
 };
 
 std::vector<std::string> PartNames() {
@@ -240,13 +223,13 @@ class Seeds {
     for (const auto& [index, other_index] : pair.inliers) matches.emplace_back(index, other_index);
     const TwoViewGeometry geometry =
         EstimateTwoView(PriorOf(photo), PixelsOf(photo), PriorOf(other), PixelsOf(other), matches,
-                        static_cast<uint32_t>(photo.image_id), TwoViewOptions());
+                        static_cast<uint32_t>(photo.image_id));
     return TestLedger::Pair(pair.other_id, static_cast<int>(geometry.inlier_matches.size()),
                             static_cast<float>(geometry.tri_angle),
                             static_cast<float>(ForwardMotion(geometry)));
   }
 
-  SeedPolicy policy_{SeedOptions()};
+  SeedPolicy policy_;
   TestLedger ledger_;
   SubmapDirectory directory_{ledger_.state()};
   std::map<int64_t, PhotoInput> photos_;
@@ -430,7 +413,7 @@ class Run {
       std::cout << "part " << part + 1 << " of " << arguments_.parts << ": " << ours.size()
                 << " photos "
                 << ComparePlaces(map, map.reconstruction(), ours, others,
-                                 submap_.options().registration.min_cells)
+                                 submap_.options().min_cells)
                        .reason
                 << "\n";
       PrintCells("across", ours, others);

@@ -81,13 +81,11 @@ struct Totals {
 };
 
 skein::TwoViewGeometry Verify(const skein::PhotoFeatures& a, const skein::PhotoFeatures& b,
-                              const skein::FeatureMatches& matches, bool limit, Totals* totals) {
-  skein::TwoViewOptions options;
-  options.limit_trials_by_outcome = limit;
-  if (!limit) options.max_num_trials = 10000;
+                              const skein::FeatureMatches& matches, skein::TwoViewSearch search,
+                              Totals* totals) {
   const double start = ThreadCpuMs();
   const auto geometry = skein::EstimateTwoView(a.camera, a.points, b.camera, b.points, matches,
-                                               skein::PairSeed(a.image_id, b.image_id), options);
+                                               skein::PairSeed(a.image_id, b.image_id), search);
   totals->Add(geometry, ThreadCpuMs() - start);
   return geometry;
 }
@@ -124,8 +122,8 @@ int main(int argc, char** argv) {
       for (const auto& m : found) matches.emplace_back(m.first, m.second);
       match_ms += ThreadCpuMs() - start;
       ++pairs;
-      const auto theirs = Verify(a, b, matches, false, &colmap_limits);
-      const auto ours = Verify(a, b, matches, true, &our_limits);
+      const auto theirs = Verify(a, b, matches, skein::TwoViewSearch::kAsColmap, &colmap_limits);
+      const auto ours = Verify(a, b, matches, skein::TwoViewSearch::kOnce, &our_limits);
       differ += theirs.config != ours.config ||
                 theirs.inlier_matches.size() != ours.inlier_matches.size();
     }

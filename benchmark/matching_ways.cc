@@ -158,11 +158,10 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
   }
   result.product_s = timer.ElapsedS();
   timer.Restart();
-  const TwoViewOptions ours;
   RansacLimits limits;
-  limits.max_error = ours.max_error_px;
+  limits.max_error = limits::kMaxErrorPx;
   limits.confidence = kTwoViewConfidence;
-  limits.min_inlier_ratio = ours.min_inlier_ratio;
+  limits.min_inlier_ratio = kMinPairInlierRatio;
   limits.max_num_trials = 10000;
   result.geometry = EstimateMultiple({a.camera, a.points, b.camera, b.points}, matches, limits);
   if (result.geometry.config == TwoViewGeometry::MULTIPLE) {
@@ -398,9 +397,7 @@ void Run(const Options& options) {
   const std::vector<Pair> pairs = PairsOf(*set, options);
   std::vector<Way> ways;
   for (const bool cascade : {false, true}) {
-    PairMatcherOptions pair_options;
-    pair_options.cascade = cascade;
-    const auto matcher = std::make_shared<PairMatcher>(pair_options);
+    const auto matcher = std::make_shared<PairMatcher>(cascade);
     ways.push_back({cascade ? "cascade" : "full product",
                     [matcher](const auto& a, const auto& b) { return matcher->Match(a, b); },
                     {}});

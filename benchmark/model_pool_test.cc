@@ -23,7 +23,7 @@ class ModelPoolTest : public testing::Test {
     options.num_photos = 12;
     options.num_points = 1500;
     options.second_camera_from = 7;
-    options.distortion = 0.05;
+    options.camera.distortion = 0.05;
     return options;
   }
 
@@ -33,8 +33,8 @@ class ModelPoolTest : public testing::Test {
     FillMap(scene, &map);
     model_ = map.reconstruction();
     for (const auto& [id, camera] : model_.Cameras()) {
-      model_.Camera(id).SetParams({Options().focal_px, camera.PrincipalPointX(),
-                                   camera.PrincipalPointY(), Options().distortion});
+      model_.Camera(id).SetParams({Options().camera.focal_px, camera.PrincipalPointX(),
+                                   camera.PrincipalPointY(), Options().camera.distortion});
     }
     for (const ImageId id : model_.RegImageIds()) {
       Image& image = model_.Image(id);

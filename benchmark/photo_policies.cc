@@ -186,7 +186,7 @@ int Follower::Take(const Capture& capture) {
     if (std::find(registered.begin(), registered.end(), photo) != registered.end()) continue;
     seeker.in_vain.push_back(advised);
   }
-  const auto stations = ChooseStations({}, capture.map.map, capture.place, {seeker});
+  const auto stations = ChooseStations(capture.map.map, capture.place, {seeker});
   if (stations[0].empty()) {
     ++without_station_;
     return TakeFarthestOverlapping(pool_, capture);

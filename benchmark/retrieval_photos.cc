@@ -133,7 +133,7 @@ Result<InlierCounts> MatchExhaustively(const StudySet& set, const std::string& c
   }
   const std::string path = cache_folder + "/" + set.name + "/inliers.bin";
   std::vector<int32_t> known = ReadCounts(path);
-  PairMatcher matcher{PairMatcherOptions()};
+  PairMatcher matcher;
   InlierCounts counts;
   size_t first = 0;
   for (size_t i = 0; i < photos.size(); first += i, ++i) {

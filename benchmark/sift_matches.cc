@@ -7,6 +7,7 @@
 // empty). Photos are paired with the next ones by name.
 
 #include <CLI/CLI.hpp>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -162,7 +163,7 @@ std::vector<Method> MethodsOf(const Arguments& arguments) {
   };
   std::vector<Method> methods;
   skein::SiftOptions options;
-  options.selection.max_features = arguments.max_features;
+  options.max_features = arguments.max_features;
   options.method = "opencv";
   if (is_wanted("opencv")) {
     methods.push_back({"OpenCV", std::make_unique<skein::SiftExtractor>(options), {}, {}});

@@ -19,12 +19,12 @@ NodeOptions NodeOf(const ClientOptions& options, const std::string& service, Rol
   InitLog(service, options.node.verbose);
   NodeOptions node = options.node;
   node.service = service;
-  node.role = role;
+  node.signer.role = role;
   if (!options.session_dir.empty()) {
     const Result<Session> session = OpenSession(options.session_dir);
     if (!session.ok()) throw std::runtime_error(session.error());
     node.session_id = session->session_id;
-    node.keys_dir = session->paths.Keys().string();
+    node.signer.keys_dir = session->paths.Keys().string();
     if (node.lcm_url.empty()) node.lcm_url = LaunchedUrl(session->paths);
   } else if (node.invite.empty() && node.session_id.empty()) {
     node.session_id = "auto";
@@ -72,7 +72,7 @@ std::unique_ptr<Node> MakeAgentNode(const ClientOptions& options, std::string* n
   }
   if (name->empty()) throw std::runtime_error("give --name NAME");
   node.instance = AgentInstance(*name);
-  node.certified_name = *name;
+  node.signer.certified_name = *name;
   return std::make_unique<Node>(node);
 }
 

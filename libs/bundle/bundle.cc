@@ -379,9 +379,7 @@ Status BundleOptions::Check() const {
   return FirstError({InRange("max_iterations", max_iterations, 0, 100'000),
                      InRange("function_tolerance", function_tolerance, 0.0, 1.0),
                      InRange("loss_scale_px", loss_scale_px, 1e-6, 1e6),
-                     InRange("num_threads", num_threads, 1, 1024),
-                     InRange("max_dense_poses", max_dense_poses, 0, 100'000),
-                     InRange("max_filled_poses", max_filled_poses, 0, 100'000)});
+                     InRange("num_threads", num_threads, 1, 1024)});
 }
 
 BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle) {

@@ -73,11 +73,9 @@ struct BundleOptions {
   Loss loss = Loss::kSoftL1;
   double loss_scale_px = 1.0;
   int num_threads = 1;
-  // Free poses up to which the Schur complement is decomposed as a dense matrix. Up to
-  // max_filled_poses it is, too, when a sparse Cholesky decomposition would take longer
-  // (reduced_system.h). 1,500 poses take 650 MB a thread.
-  int max_dense_poses = 250;
-  int max_filled_poses = 1500;
+  // The Schur complement as a sparse matrix, however few poses there are; else by what takes less
+  // time (ChoosePattern).
+  bool is_always_sparse = false;
   const std::atomic<bool>* cancel = nullptr;  // checked at each iteration; the bundle is as it was
   // Called after each iteration if not null: true ends the solution, with the bundle as it is.
   std::function<bool()> stop;

@@ -13,8 +13,6 @@ TEST(BundleOptions, RefusesWhatMakesNoSense) {
       {"function_tolerance", [](auto* o) { o->function_tolerance = std::nan(""); }},
       {"loss_scale_px", [](auto* o) { o->loss_scale_px = 0; }},
       {"num_threads", [](auto* o) { o->num_threads = 0; }},
-      {"max_dense_poses", [](auto* o) { o->max_dense_poses = -1; }},
-      {"max_filled_poses", [](auto* o) { o->max_filled_poses = -1; }},
   });
 }
 

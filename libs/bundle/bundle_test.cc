@@ -141,7 +141,7 @@ TEST(Bundle, SparseAndThreadedSolutionsAreTheDenseOne) {
   BundleOptions solve;
   solve.function_tolerance = 1e-10;
   const double cost = SolveBundle(solve, &dense).final_cost;
-  solve.max_dense_poses = solve.max_filled_poses = 0;
+  solve.is_always_sparse = true;
   EXPECT_NEAR(SolveBundle(solve, &sparse).final_cost, cost, 1e-6 * cost);
   solve.num_threads = 3;
   EXPECT_NEAR(SolveBundle(solve, &threaded).final_cost, cost, 1e-6 * cost);
@@ -271,7 +271,7 @@ TEST(Bundle, KeepsNoFactorOfShortTracks) {
 TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
   SyntheticOptions options;
   options.noise_px = 1;
-  options.distortion = -0.1;
+  options.camera.distortion = -0.1;
   const SyntheticScene scene = MakeScene(options);
   Bundle ours = MakeBundle(scene, 0.05);
   ours.cameras[0].params[0] *= 1.1;

@@ -232,10 +232,11 @@ std::unique_ptr<ExplicitSystem> MakeSparseSystem(const PosePattern& pattern,
 
 PosePattern ChoosePattern(const BundleOptions& options, const Bundle& bundle,
                           const BundleLayout& layout) {
-  if (layout.num_free_poses <= options.max_dense_poses) return {};
+  constexpr int kMaxDensePoses = 250, kMaxFilledPoses = 1500;
+  if (options.is_always_sparse) return FindPattern(bundle, layout);
+  if (layout.num_free_poses <= kMaxDensePoses) return {};
   PosePattern pattern = FindPattern(bundle, layout);
-  const bool is_dense =
-      layout.num_free_poses <= options.max_filled_poses && !IsFasterSparse(pattern);
+  const bool is_dense = layout.num_free_poses <= kMaxFilledPoses && !IsFasterSparse(pattern);
   return is_dense ? PosePattern() : pattern;
 }
 

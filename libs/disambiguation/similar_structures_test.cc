@@ -35,8 +35,8 @@ class Street {
       scene_.place_of_photo.push_back(unmatched.count(i + 1) > 0 ? kThird : place);
     }
     SyntheticOptions options;
-    options.width_px = 1600;
-    options.height_px = 1200;
+    options.camera.width_px = 1600;
+    options.camera.height_px = 1200;
     options.noise_px = 0;
     Photograph(options, &random_, &scene_);
     AddToMap(scene_, scene_.pairs, &map_);

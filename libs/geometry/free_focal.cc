@@ -19,20 +19,17 @@ const TwoViewFit& Better(const TwoViewFit& a, const TwoViewFit& b) {
 
 // From the starts that fit best.
 TwoViewFit FitFromStarts(const PairPixels& pixels, const TwoViewBeliefs& beliefs,
-                         const std::vector<TwoViewModel>& starts,
-                         const TwoViewFitOptions& options) {
+                         const std::vector<TwoViewModel>& starts, double noise_px) {
   constexpr size_t kMaxRefined = 2;
-  TwoViewFitOptions none = options;
-  none.max_iterations = 0;
   std::vector<TwoViewFit> fits;
   for (const TwoViewModel& start : starts) {
-    fits.push_back(FitTwoView(pixels, beliefs, start, none));
+    fits.push_back(FitOf(pixels, beliefs, start, noise_px));
   }
   std::sort(fits.begin(), fits.end(),
             [](const TwoViewFit& a, const TwoViewFit& b) { return a.cost < b.cost; });
   TwoViewFit best = fits[0];
   for (size_t i = 0; i < std::min(kMaxRefined, fits.size()); ++i) {
-    best = Better(best, FitTwoView(pixels, beliefs, fits[i].model, options));
+    best = Better(best, FitTwoView(pixels, beliefs, fits[i].model, noise_px));
   }
   return best;
 }
@@ -81,9 +78,7 @@ bool IsRotation(const PairPixels& pixels, const TwoViewBeliefs& beliefs) {
   for (const double log_focal : kLogFocals) {
     starts.push_back(RotationBetweenRays(thinned, beliefs, log_focal));
   }
-  TwoViewFitOptions options;
-  options.noise_px = noise_px;
-  const TwoViewFit fit = FitFromStarts(thinned, beliefs, starts, options);
+  const TwoViewFit fit = FitFromStarts(thinned, beliefs, starts, noise_px);
   for (size_t i = 0; i < thinned.size(); ++i) {
     squared_rotation.push_back(fit.residuals_px.segment<2>(2 * i).squaredNorm() /
                                (noise_px * noise_px));

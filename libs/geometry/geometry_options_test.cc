@@ -8,11 +8,8 @@ namespace skein::geometry_options_test {
 TEST(Sim3Options, RefusesWhatMakesNoSense) {
   ExpectChecked<Sim3Options>({
       {"min_inlier_ratio", [](auto* o) { o->min_inlier_ratio = 0; }},
-      {"max_reprojection_error", [](auto* o) { o->max_reprojection_error_px = 0; }},
-      {"trials", [](auto* o) { o->num_trials = 0; }},
       {"min_inlier_images", [](auto* o) { o->min_inlier_images = 0; }},
       {"min_common_points", [](auto* o) { o->min_common_points = 0; }},
-      {"max_scored_points", [](auto* o) { o->max_scored_points = 0; }},
   });
 }
 

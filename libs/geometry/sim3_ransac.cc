@@ -52,10 +52,10 @@ TotalScore Score(const std::vector<SharedPhoto>& shared, const std::vector<size_
                  const Similarity& hypothesis, const Sim3Options& options, int max_points) {
   TotalScore total;
   for (const size_t i : usable) {
-    const ImageScore score = ScoreImage(shared[i], hypothesis, options, max_points);
+    const ImageScore score = ScoreImage(shared[i], hypothesis, max_points);
     if (!IsInlierImage(score, options)) continue;
     ++total.num_inlier_images;
-    total.sum_ratios += SoftRatio(score, MaxErrorPx(shared[i], options));
+    total.sum_ratios += SoftRatio(score, MaxErrorPx(shared[i]));
   }
   return total;
 }
@@ -147,12 +147,11 @@ std::vector<Triple> SingleImages(const std::vector<size_t>& usable) {
   return triples;
 }
 
-std::vector<Triple> TriplesToTry(const std::vector<size_t>& usable, int num_trials,
-                                 Random* random) {
+std::vector<Triple> TriplesToTry(const std::vector<size_t>& usable, Random* random) {
   if (usable.size() < 3) return SingleImages(usable);
   const double n = usable.size();
-  if (n * (n - 1) * (n - 2) / 6 <= num_trials) return AllTriples(usable);
-  std::vector<Triple> triples(num_trials);
+  if (n * (n - 1) * (n - 2) / 6 <= kNumSim3Trials) return AllTriples(usable);
+  std::vector<Triple> triples(kNumSim3Trials);
   for (Triple& triple : triples) triple = RandomTriple(usable, random);
   return triples;
 }
@@ -176,10 +175,10 @@ Best Search(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& u
   Random random(options.seed);
   Best best;
   const auto offer = [&](const Similarity& candidate) {
-    best.Offer(candidate, Score(shared, usable, candidate, options, options.max_scored_points));
+    best.Offer(candidate, Score(shared, usable, candidate, options, kMaxScoredPoints));
     ++*num_trials;
   };
-  for (const Triple& triple : TriplesToTry(usable, options.num_trials, &random)) {
+  for (const Triple& triple : TriplesToTry(usable, &random)) {
     offer(FromPoses(shared, hypotheses, triple));
     const std::optional<Similarity> from_points = FromPoints(shared, triple, &random);
     if (from_points) offer(*from_points);
@@ -192,7 +191,7 @@ std::vector<bool> InlierImages(const std::vector<SharedPhoto>& shared,
                                const Sim3Options& options) {
   std::vector<bool> inliers(shared.size(), false);
   for (const size_t i : usable) {
-    inliers[i] = IsInlierImage(ScoreImage(shared[i], similarity, options, 0), options);
+    inliers[i] = IsInlierImage(ScoreImage(shared[i], similarity, 0), options);
   }
   return inliers;
 }
@@ -203,7 +202,7 @@ Similarity RefineBest(const std::vector<SharedPhoto>& shared, const std::vector<
   TotalScore score = Score(shared, usable, similarity, options, 0);
   for (int round = 0; round < 3; ++round) {
     const std::vector<bool> used = InlierImages(shared, usable, similarity, options);
-    const Similarity refined = RefineSim3(shared, used, similarity, options);
+    const Similarity refined = RefineSim3(shared, used, similarity);
     const TotalScore refined_score = Score(shared, usable, refined, options, 0);
     if (!refined_score.BetterThan(score)) break;
     similarity = refined;
@@ -216,7 +215,7 @@ void Report(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& u
             const Sim3Options& options, Sim3Result* result) {
   double sum_error_px = 0;
   for (const size_t i : usable) {
-    const ImageScore score = ScoreImage(shared[i], result->target_from_source, options, 0);
+    const ImageScore score = ScoreImage(shared[i], result->target_from_source, 0);
     result->num_common_points += score.num_points;
     if (!IsInlierImage(score, options)) continue;
     result->inlier_image_ids.push_back(shared[i].image_id);
@@ -273,11 +272,8 @@ Sim3Result Refine(const Similarity& initial, const std::vector<SharedPhoto>& sha
 
 Status Sim3Options::Check() const {
   return FirstError({InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
-                     InRange("max_reprojection_error", max_reprojection_error_px, 0.01, 1000.0),
-                     InRange("trials", num_trials, 1, 1'000'000),
                      InRange("min_inlier_images", min_inlier_images, 1, 1000),
-                     InRange("min_common_points", min_common_points, 1, 10000),
-                     InRange("max_scored_points", max_scored_points, 1, 1'000'000)});
+                     InRange("min_common_points", min_common_points, 1, 10000)});
 }
 
 std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,

@@ -50,20 +50,21 @@ struct SharedPhoto {
 std::vector<SharedPhoto> PairSharedViews(const std::vector<SharedView>& source,
                                          const std::vector<SharedView>& target);
 
+// max_re: largest reprojection error of an inlier, for a photo whose longer side is 1,600 px. The
+// limit scales with the photo's longer side.
+constexpr double kMaxSim3ErrorPx = limits::kMaxPoseErrorPx;
+// num_trials. Triples are enumerated when there are no more than that.
+constexpr int kNumSim3Trials = 1000;
+// Common points of one photo that score a hypothesis; the final score takes all.
+constexpr int kMaxScoredPoints = 150;
+
 struct Sim3Options {
   // Share of a photo's common points that must reproject in both directions (min_ior).
   double min_inlier_ratio = 0.3;
-  // max_re: largest reprojection error of an inlier, for a photo whose longer side is 1,600 px. The
-  // limit scales with the photo's longer side.
-  double max_reprojection_error_px = limits::kMaxPoseErrorPx;
-  // Trials (num_trials). Triples are enumerated when there are no more than that.
-  int num_trials = 1000;
   // Photos that must agree: 3, but for the joining of submaps that will never share more.
   int min_inlier_images = 3;
   // A photo with fewer common points is no evidence.
   int min_common_points = 8;
-  // Common points of one photo that score a hypothesis; the final score takes all.
-  int max_scored_points = 150;
   uint64_t seed = 0;
 
   // An error names the value and what to give.

@@ -33,10 +33,10 @@ class Scene {
     options_.num_photos = world.num_images;
     options_.num_points = 300;
     options_.path = world.path;
-    options_.width_px = 1600;
-    options_.height_px = 1200;
-    options_.focal_px = 1300;
-    options_.distortion = -0.05;
+    options_.camera.width_px = 1600;
+    options_.camera.height_px = 1200;
+    options_.camera.focal_px = 1300;
+    options_.camera.distortion = -0.05;
     const SyntheticScene scene = MakeScene(options_);
     for (int i = 0; i < world.num_images; ++i) AddImage(world, scene, i);
   }
@@ -48,9 +48,9 @@ class Scene {
   void AddImage(const World& world, const SyntheticScene& scene, int i) {
     SharedPhoto image;
     image.image_id = 100 + i;
-    image.source_camera.InitializeWithName("SIMPLE_RADIAL", options_.focal_px, options_.width_px,
-                                           options_.height_px);
-    image.source_camera.Params()[3] = options_.distortion;
+    image.source_camera.InitializeWithName("SIMPLE_RADIAL", options_.camera.focal_px,
+                                           options_.camera.width_px, options_.camera.height_px);
+    image.source_camera.Params()[3] = options_.camera.distortion;
     image.target_camera = image.source_camera;
     image.target_camera.Params()[0] *= world.target_focal_factor;
     image.cam_from_source = {Eigen::Quaterniond(scene.rotations[i]), scene.translations[i]};
@@ -244,7 +244,6 @@ TEST(Sim3, EqualSeedsGiveEqualResults) {
   world.depth_noise = 0.02;
   const Scene scene(world, 13);
   Sim3Options options;
-  options.num_trials = 200;
   options.seed = 42;
   const Sim3Result a = EstimateSim3(scene.shared_, options);
   const Sim3Result b = EstimateSim3(scene.shared_, options);

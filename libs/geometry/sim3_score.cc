@@ -129,9 +129,9 @@ size_t AddImage(const SharedPhoto& image, const Similarity& initial, double max_
 
 }  // namespace
 
-double MaxErrorPx(const SharedPhoto& image, const Sim3Options& options) {
+double MaxErrorPx(const SharedPhoto& image) {
   const double size = std::max(image.target_camera.Width(), image.target_camera.Height());
-  return options.max_reprojection_error_px * (size > 0 ? size / kReferenceSizePx : 1.0);
+  return kMaxSim3ErrorPx * (size > 0 ? size / kReferenceSizePx : 1.0);
 }
 
 double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint& point,
@@ -146,9 +146,9 @@ double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint
 }
 
 ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_source,
-                      const Sim3Options& options, int max_points) {
+                      int max_points) {
   const Similarity source_from_target = target_from_source.Inverse();
-  const double max_error_px = MaxErrorPx(image, options);
+  const double max_error_px = MaxErrorPx(image);
   const size_t step =
       max_points > 0 ? std::max<size_t>(1, (image.points.size() + max_points - 1) / max_points) : 1;
   ImageScore score;
@@ -166,7 +166,7 @@ ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_so
 }
 
 Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<bool>& used,
-                      const Similarity& initial, const Sim3Options& options) {
+                      const Similarity& initial) {
   double log_scale = std::log(initial.scale);
   double q[4] = {initial.rotation.w(), initial.rotation.x(), initial.rotation.y(),
                  initial.rotation.z()};
@@ -178,7 +178,7 @@ Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<
   size_t num_points = 0;
   for (size_t i = 0; i < shared.size(); ++i) {
     if (!used[i]) continue;
-    num_points += AddImage(shared[i], initial, MaxErrorPx(shared[i], options), &loss, &log_scale, q,
+    num_points += AddImage(shared[i], initial, MaxErrorPx(shared[i]), &loss, &log_scale, q,
                            t.data(), &problem);
   }
   if (num_points < 4) return initial;

@@ -14,8 +14,8 @@ struct ImageScore {
   double sum_error_px = 0.0;  // over inliers, mean of both directions
 };
 
-// Limit for one photo, see Sim3Options::max_reprojection_error_px.
-double MaxErrorPx(const SharedPhoto& image, const Sim3Options& options);
+// Limit for one photo, see kMaxSim3ErrorPx.
+double MaxErrorPx(const SharedPhoto& image);
 
 // The larger of both directions' reprojection errors, infinity for a point behind a camera.
 // `source_from_target` is the inverse of `target_from_source`.
@@ -25,11 +25,11 @@ double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint
 
 // Scores at most `max_points` points, evenly spread over the list; all if it is 0.
 ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_source,
-                      const Sim3Options& options, int max_points);
+                      int max_points);
 
 // Minimises the symmetric reprojection error with a robust loss over the points that are inliers of
 // `initial`, in the photos `used` (same length as `shared`). Returns `initial` when it diverges.
 Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<bool>& used,
-                      const Similarity& initial, const Sim3Options& options);
+                      const Similarity& initial);
 
 }  // namespace skein

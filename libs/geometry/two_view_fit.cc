@@ -45,8 +45,8 @@ TwoViewModel Moved(const TwoViewModel& model, const Step& step) {
 
 class Problem {
  public:
-  Problem(const PairPixels& pixels, const TwoViewBeliefs& beliefs, const TwoViewFitOptions& options)
-      : pixels_(pixels), beliefs_(beliefs), options_(options) {}
+  Problem(const PairPixels& pixels, const TwoViewBeliefs& beliefs, double noise_px)
+      : pixels_(pixels), beliefs_(beliefs), noise_px_(noise_px) {}
 
   TwoViewFit At(const TwoViewModel& model) const {
     TwoViewFit fit;
@@ -70,7 +70,7 @@ class Problem {
     }
     A->setZero();
     b->setZero();
-    const double information = 1 / (options_.noise_px * options_.noise_px);
+    const double information = 1 / (noise_px_ * noise_px_);
     for (Eigen::Index i = 0; i < NumTerms(fit); ++i) {
       const auto rows = J.middleRows<2>(2 * i);
       const double weight = information / (1 + ScaledSquare(fit, i));
@@ -83,7 +83,7 @@ class Problem {
  private:
   static Eigen::Index NumTerms(const TwoViewFit& fit) { return fit.residuals_px.size() / 2; }
   double ScaledSquare(const TwoViewFit& fit, Eigen::Index i) const {
-    const double scale = kLossScale * options_.noise_px;
+    const double scale = kLossScale * noise_px_;
     return fit.residuals_px.segment<2>(2 * i).squaredNorm() / (scale * scale);
   }
 
@@ -130,7 +130,7 @@ class Problem {
 
   const PairPixels& pixels_;
   const TwoViewBeliefs beliefs_;
-  const TwoViewFitOptions options_;
+  const double noise_px_;
 };
 
 // Hartley's: the centroid at the origin, the mean distance from it sqrt(2).
@@ -169,13 +169,14 @@ double TwoViewBeliefs::SecondPx(const TwoViewModel& model) const {
 }
 
 TwoViewFit FitTwoView(const PairPixels& pixels, const TwoViewBeliefs& beliefs,
-                      const TwoViewModel& start, const TwoViewFitOptions& options) {
+                      const TwoViewModel& start, double noise_px) {
+  constexpr int kMaxIterations = 15;
   constexpr double kTolerance = 1e-4;  // relative decrease of the cost at which it has converged
   constexpr int kMaxTries = 6;
-  const Problem problem(pixels, beliefs, options);
+  const Problem problem(pixels, beliefs, noise_px);
   TwoViewFit best = problem.At(start);
   double damping = 1e-3;
-  for (int i = 0; i < options.max_iterations; ++i) {
+  for (int i = 0; i < kMaxIterations; ++i) {
     Information A;
     Step b;
     problem.Linearize(best, &A, &b);
@@ -191,6 +192,11 @@ TwoViewFit FitTwoView(const PairPixels& pixels, const TwoViewBeliefs& beliefs,
     if (before - best.cost <= kTolerance * before) break;
   }
   return best;
+}
+
+TwoViewFit FitOf(const PairPixels& pixels, const TwoViewBeliefs& beliefs, const TwoViewModel& model,
+                 double noise_px) {
+  return Problem(pixels, beliefs, noise_px).At(model);
 }
 
 Eigen::Matrix3d FundamentalOf(const PairPixels& pixels) {

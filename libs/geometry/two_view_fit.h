@@ -40,11 +40,6 @@ struct TwoViewBeliefs {
   double SecondPx(const TwoViewModel& model) const;
 };
 
-struct TwoViewFitOptions {
-  double noise_px = 1;  // standard deviation of a point's coordinates
-  int max_iterations = 15;
-};
-
 struct TwoViewFit {
   TwoViewModel model;
   // Two a match, in the second photo, divided so that their standard deviation is that of a point's
@@ -56,9 +51,14 @@ struct TwoViewFit {
   double belief_cost = 0;  // the part of it that the beliefs make
 };
 
-// Levenberg-Marquardt from `start`. Without iterations the fit of `start` itself.
+// Levenberg-Marquardt from `start`, at most 15 steps. `noise_px`: standard deviation of a point's
+// coordinates.
 TwoViewFit FitTwoView(const PairPixels& pixels, const TwoViewBeliefs& beliefs,
-                      const TwoViewModel& start, const TwoViewFitOptions& options);
+                      const TwoViewModel& start, double noise_px);
+
+// The fit of `model` itself.
+TwoViewFit FitOf(const PairPixels& pixels, const TwoViewBeliefs& beliefs, const TwoViewModel& model,
+                 double noise_px);
 
 // Fundamental matrix by the normalised eight-point algorithm (Hartley 1997), of 8 matches or more.
 Eigen::Matrix3d FundamentalOf(const PairPixels& pixels);

@@ -288,8 +288,7 @@ TEST(Guidance, WhatNoPhotoShowsTextureOnIsNotGood) {
     if (std::abs(x) < cell) continue;
     EXPECT_EQ(place.surfels[i].textured_share, x < 0 ? 1 : 0) << x;
   }
-  EXPECT_TRUE(ChooseStations({}, map, place, {SeekerAt(map)})[0].empty())
-      << "no photo makes it better";
+  EXPECT_TRUE(ChooseStations(map, place, {SeekerAt(map)})[0].empty()) << "no photo makes it better";
 }
 
 TEST(Guidance, TextureCountsWhereThreePhotosShowIt) {
@@ -358,7 +357,7 @@ TEST(Guidance, AnEmptyMapIsNoPlace) {
   const PlaceQuality place = Assess(GuidedMap{});
   EXPECT_TRUE(place.surface.surfels.empty());
   EXPECT_FALSE(place.completeness.complete);
-  EXPECT_TRUE(ChooseStations({}, {}, place, {}).empty());
+  EXPECT_TRUE(ChooseStations({}, place, {}).empty());
 }
 
 }  // namespace skein::guidance_test

@@ -72,8 +72,8 @@ double DistanceTo(const SurfelBlocks& blocks, const Eigen::Vector3d& position, d
 // Chooses for one map; weak places become better as viewpoints are chosen.
 class Chooser {
  public:
-  Chooser(const StationOptions& options, const GuidedMap& map, const PlaceQuality& place)
-      : options_(options),
+  Chooser(double min_common_points, const GuidedMap& map, const PlaceQuality& place)
+      : min_common_points_(min_common_points),
         target_gsd_(place.completeness.target_gsd),
         map_(map),
         place_(place),
@@ -161,7 +161,7 @@ class Chooser {
     return view;
   }
 
-  const StationOptions& options_;
+  const double min_common_points_;
   const double target_gsd_;
   const GuidedMap& map_;
   const PlaceQuality& place_;
@@ -304,7 +304,7 @@ Chooser::Stand* Chooser::StandAt(const StationSeeker& seeker, const Ground& grou
   if (!stand.is_possible) return &stand;
   const View view = ViewFromPose(seeker, candidate.pose);
   stand.common_points = CountCommon(seeker, view, candidate.centre);
-  if (stand.common_points >= options_.min_common_points) {
+  if (stand.common_points >= min_common_points_) {
     stand.shown = ShownIn(view, candidate.centre);
   }
   return &stand;
@@ -496,7 +496,7 @@ std::optional<Chooser::Found> Chooser::FindBest(const StationSeeker& seeker, con
     Stand* stand = StandAt(seeker, ground, candidate);
     if (!stand->is_possible) continue;
     ++num_tried;
-    if (stand->common_points < options_.min_common_points) continue;
+    if (stand->common_points < min_common_points_) continue;
     if (WasInVain(seeker, candidate.pose, stand->common_points)) continue;
     const double gain = GainOf(candidate.centre, focal_px, &stand->shown);
     const double score = gain * Nearness(seeker, candidate.centre);
@@ -533,14 +533,14 @@ bool Chooser::ChooseNext(const StationSeeker& seeker, std::vector<Station>* stat
 
 }  // namespace
 
-std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
-                                                 const GuidedMap& map, const PlaceQuality& place,
-                                                 const std::vector<StationSeeker>& seekers) {
+std::vector<std::vector<Station>> ChooseStations(const GuidedMap& map, const PlaceQuality& place,
+                                                 const std::vector<StationSeeker>& seekers,
+                                                 double min_common_points) {
   std::vector<std::vector<Station>> stations(seekers.size());
   if (place.surface.surfels.empty()) return stations;
-  Chooser chooser(options, map, place);
+  Chooser chooser(min_common_points, map, place);
   std::vector<bool> done(seekers.size(), false);
-  for (int round = 0; round < options.num_stations; ++round) {
+  for (int round = 0; round < kMaxStations; ++round) {
     for (size_t i = 0; i < seekers.size(); ++i) {
       if (!done[i]) done[i] = !chooser.ChooseNext(seekers[i], &stations[i]);
     }

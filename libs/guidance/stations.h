@@ -20,10 +20,8 @@ struct Reach {
   std::vector<std::vector<Eigen::Vector3d>> no_go;
 };
 
-struct StationOptions {
-  int num_stations = 5;            // of each agent
-  double min_common_points = 100;  // predicted, with the map
-};
+constexpr int kMaxStations = 5;            // of each agent: more are not told (advice_t)
+constexpr double kMinStationPoints = 100;  // predicted, with the map
 
 // A viewpoint: the pose of a photo to take, and why.
 struct Station {
@@ -63,9 +61,9 @@ struct StationSeeker {
 
 // For each agent its viewpoints, best first. A viewpoint is chosen as if those before it had been
 // photographed, and agents take turns, so no two get the same. Empty where nothing is weak within
-// reach. Deterministic.
-std::vector<std::vector<Station>> ChooseStations(const StationOptions& options,
-                                                 const GuidedMap& map, const PlaceQuality& place,
-                                                 const std::vector<StationSeeker>& seekers);
+// reach. Deterministic. `min_common_points`: less than usual for a map of fewer points.
+std::vector<std::vector<Station>> ChooseStations(const GuidedMap& map, const PlaceQuality& place,
+                                                 const std::vector<StationSeeker>& seekers,
+                                                 double min_common_points = kMinStationPoints);
 
 }  // namespace skein

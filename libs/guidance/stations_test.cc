@@ -20,7 +20,7 @@ TEST(Stations, LookAtTheWeakPart) {
   const GuidedMap map = site.Map();
   const PlaceQuality place = Assess(map);
   EXPECT_FALSE(place.completeness.complete);
-  const auto stations = ChooseStations({}, map, place, {SeekerAt(map)});
+  const auto stations = ChooseStations(map, place, {SeekerAt(map)});
   ASSERT_EQ(stations.size(), 1u);
   ASSERT_FALSE(stations[0].empty());
   const Station& first = stations[0].front();
@@ -49,11 +49,11 @@ TEST(Stations, WhereAPhotoWasInVainNoneIsAdvisedUntilMoreIsKnownThere) {
   const PlaceQuality place = Assess(map);
   StationSeeker seeker = SeekerAt(map);
   seeker.in_vain = {VainElsewhere()};
-  const std::vector<Station> before = ChooseStations({}, map, place, {seeker})[0];
+  const std::vector<Station> before = ChooseStations(map, place, {seeker})[0];
   ASSERT_GE(before.size(), 2u);
   const Station& best = before[0];
   const auto is_advised = [&] {
-    const auto stations = ChooseStations({}, map, place, {seeker});
+    const auto stations = ChooseStations(map, place, {seeker});
     EXPECT_FALSE(stations[0].empty()) << "others are left";
     return std::any_of(stations[0].begin(), stations[0].end(), [&](const Station& station) {
       return HowFar(station.cam_from_world, best.cam_from_world, place.surface.working_distance) <
@@ -62,7 +62,7 @@ TEST(Stations, WhereAPhotoWasInVainNoneIsAdvisedUntilMoreIsKnownThere) {
   };
   seeker.in_vain = {{best.cam_from_world, best.common_points}};
   EXPECT_FALSE(is_advised());
-  EXPECT_EQ(ChooseStations({}, map, place, {seeker})[0].at(0).target, before[1].target)
+  EXPECT_EQ(ChooseStations(map, place, {seeker})[0].at(0).target, before[1].target)
       << "it goes to another place, not to one beside it";
   seeker.in_vain = {{best.cam_from_world, best.common_points / 2}};
   EXPECT_TRUE(is_advised());
@@ -73,10 +73,10 @@ TEST(Stations, WhoWasInVainIsSentThroughKnownSpace) {
   const GuidedMap map = SiteOfARow(FrontWall(-8, 16), -2, 2).Map();
   const PlaceQuality place = Assess(map);
   StationSeeker seeker = SeekerAt(map);
-  const std::vector<Station> bold = ChooseStations({}, map, place, {seeker})[0];
+  const std::vector<Station> bold = ChooseStations(map, place, {seeker})[0];
   ASSERT_FALSE(bold.empty());
   seeker.in_vain = {VainElsewhere()};
-  const std::vector<Station> wary = ChooseStations({}, map, place, {seeker})[0];
+  const std::vector<Station> wary = ChooseStations(map, place, {seeker})[0];
   ASSERT_FALSE(wary.empty());
   const auto from_the_row = [](const Station& station) {
     return std::abs(station.cam_from_world.Centre().x());
@@ -91,7 +91,7 @@ TEST(Stations, AgentsGetDifferentStations) {
     site.Photograph({x, -7.5, 2.5}, {x, 0, 2}, 1);
   }
   const GuidedMap map = site.Map();
-  const auto stations = ChooseStations({}, map, Assess(map), {SeekerAt(map, 0), SeekerAt(map, 1)});
+  const auto stations = ChooseStations(map, Assess(map), {SeekerAt(map, 0), SeekerAt(map, 1)});
   ASSERT_FALSE(stations[0].empty());
   ASSERT_FALSE(stations[1].empty());
   for (const Station& a : stations[0]) {
@@ -110,7 +110,7 @@ TEST(Stations, NobodyIsSentWhereNobodyMayStand) {
   seeker.reach.min_height = 1.9;
   seeker.reach.max_height = 2.1;
   seeker.reach.no_go = {{{0.5, -20, 0}, {20, -20, 0}, {20, 20, 0}, {0.5, 20, 0}}};
-  const auto stations = ChooseStations({}, map, place, {seeker});
+  const auto stations = ChooseStations(map, place, {seeker});
   ASSERT_FALSE(stations[0].empty());
   for (const Station& station : stations[0]) {
     const Eigen::Vector3d centre = station.cam_from_world.Centre();
@@ -124,15 +124,13 @@ TEST(Stations, NobodyIsSentWhereNobodyMayStand) {
 TEST(Stations, WhoFollowsTheStationsCompletesThePlace) {
   Site site({FrontWall(-8, 16)});
   for (const double x : {-1.0, -0.5, 0.0, 0.5, 1.0}) site.Photograph({x, -8, 2}, {x, 0, 2});
-  StationOptions options;
-  options.num_stations = 1;
   int num_photos = 5;
   PlaceQuality place = Assess(site.Map());
   EXPECT_FALSE(place.completeness.complete);
   const double target_gsd = place.completeness.target_gsd;
   while (!place.completeness.complete && num_photos < 30) {
     const GuidedMap map = site.Map();
-    const auto stations = ChooseStations(options, map, place, {SeekerAt(map)});
+    const auto stations = ChooseStations(map, place, {SeekerAt(map)});
     ASSERT_FALSE(stations[0].empty()) << num_photos << " photos";
     const CameraPose& advised = stations[0].front().cam_from_world;
     ASSERT_NEAR(advised.Centre().z(), 2, 0.1) << "a person's camera stays as high as it was";
@@ -156,13 +154,13 @@ TEST(Stations, MayBeAsCloseToASurfaceAsPhotosWere) {
   ASSERT_GT(0.25 * place.surface.working_distance, 1.5);
   StationSeeker seeker = SeekerAt(map, 0);
   seeker.reach.up = Eigen::Vector3d::UnitZ();
-  const auto stations = ChooseStations({}, map, place, {seeker});
+  const auto stations = ChooseStations(map, place, {seeker});
   ASSERT_FALSE(stations[0].empty());
   EXPECT_LT(stations[0][0].cam_from_world.Centre().y(), -4) << "above the bench";
   // Who has never been so close is not sent there.
   seeker = SeekerAt(map, 1);
   seeker.reach = {Eigen::Vector3d::UnitZ(), 1.9, 2.1, {}};
-  const auto of_the_other = ChooseStations({}, map, place, {seeker});
+  const auto of_the_other = ChooseStations(map, place, {seeker});
   for (const Station& station : of_the_other[0]) {
     const double y = station.cam_from_world.Centre().y();
     EXPECT_TRUE(y < -10 || y > -4) << "above the bench";

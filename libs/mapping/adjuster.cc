@@ -143,7 +143,7 @@ bool Adjuster::GiveOwnCameras() {
 void Adjuster::Check(bool shape_is_known) {
   const Timer timer;
   if (!shape_is_known) check_.shape = CheckShape(BuildGlobalBundle(map_, true));
-  check_.pairs = CheckPairs(options_.misplaced, map_);
+  check_.pairs = CheckPairs(map_);
   LogInfo(
       "checked {} photos: position sigma {:.3f} % of the extent, {} of {} pairs contradict ({:.2f} "
       "s)",

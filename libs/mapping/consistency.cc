@@ -10,25 +10,34 @@
 #include "sfm/reprojection.h"
 
 namespace skein {
+namespace {
+
+constexpr int kMinObservations = 15;  // of a registered photo; with less it is withdrawn
+
+// Part of the points that its matches tie it to that a registered photo must observe. Looked at
+// after each global BA. Registration asks for a quarter of them.
+constexpr double kMinObservedRatio = 0.15;
+
+}  // namespace
 
 bool Consistency::IsWeak(ImageId id) const {
   const int num_points = static_cast<int>(map_.reconstruction().Image(id).NumPoints3D());
-  return num_points < options_.min_observations;
+  return num_points < kMinObservations;
 }
 
 Consistency::Contradiction Consistency::FindContradiction(ImageId id) const {
   const VisiblePoints visible = FindVisiblePoints(map_, id);
   const double observed = map_.reconstruction().Image(id).NumPoints3D();
   Contradiction contradiction;
-  contradiction.fits_elsewhere = FitsElsewhere(map_, id, visible, options_.registration);
+  contradiction.fits_elsewhere = FitsElsewhere(map_, id, visible);
   contradiction.exists =
-      contradiction.fits_elsewhere || observed < options_.min_observed_ratio * visible.size();
+      contradiction.fits_elsewhere || observed < kMinObservedRatio * visible.size();
   return contradiction;
 }
 
 Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   Withdrawal found;
-  found.photos = FindMisplaced(options_.misplaced, map_);
+  found.photos = FindMisplaced(map_);
   found.refusal = {Refusal::Cause::kContradicted,
                    "in a part of the map that most matches contradict"};
   if (!found.photos.empty() && !OnlySimilarStructuresContradict(found.photos)) return found;
@@ -47,11 +56,11 @@ bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& ph
     for (const auto& [other, inliers] : map_.Neighbours(id)) {
       if (!map_.IsRegistered(other) || std::binary_search(photos.begin(), photos.end(), other))
         continue;
-      const Votes votes = CountVotes(options_.misplaced, map_, id, other);
+      const Votes votes = CountVotes(map_, id, other);
       if (votes.contradict > votes.agree) pairs.emplace_back(id, other);
     }
   }
-  return AreOfSimilarStructures(map_, pairs, options_.registration.min_cells);
+  return AreOfSimilarStructures(map_, pairs, options_.min_cells);
 }
 
 std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
@@ -62,8 +71,8 @@ std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
       candidates.registered.insert(id);
       continue;
     }
-    const PoseEstimate estimate = EstimatePose(map_, id, FindVisiblePoints(map_, id),
-                                               options_.registration, waiting_.ContextOf(id));
+    const PoseEstimate estimate =
+        EstimatePose(map_, id, FindVisiblePoints(map_, id), waiting_.ContextOf(id));
     if (!estimate.has_too_many_missing_cells) continue;
     candidates.waiting[id] = ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
   }
@@ -78,7 +87,7 @@ std::vector<ImageId> Consistency::FindPhotosWithTooManyMissingCells() const {
     const Image& image = map_.reconstruction().Image(id);
     const CellVotes votes = CompareWithNeighbours(
         map_, id, map_.reconstruction().Camera(image.CameraId()), image.ProjectionMatrix());
-    if (HasTooManyMissingCells(votes, options_.registration.min_cells)) ids.push_back(id);
+    if (HasTooManyMissingCells(votes, options_.min_cells)) ids.push_back(id);
   }
   return ids;
 }

@@ -30,7 +30,7 @@ struct TwoGroups {
     RegisterAtTruth(scene, Range(13, 20), Eigen::Vector3d(30, 0, 0), &map);
     const SubmapOptions options;
     const WaitingPhotos waiting(options, map);
-    contradicted = FindMisplaced(options.misplaced, map);
+    contradicted = FindMisplaced(map);
     found = Consistency(options, map, waiting).FindMisplacedPhotos(1);
     matches_to_win = CountMatches(options, map, waiting).to_win;
   }

@@ -7,7 +7,7 @@ GuestPhotos::~GuestPhotos() {
 }
 
 void GuestPhotos::Place(ImageId id, const TrialContext& context) {
-  trials_.emplace_back(options_, context, id, &map_);
+  trials_.emplace_back(context, id, &map_);
   PhotoTrial& trial = trials_.back();
   bool stands = trial.FindPose();
   if (stands) {

@@ -10,8 +10,8 @@ namespace skein {
 // destructor restores the map as it was; no other code may change the map meanwhile.
 class GuestPhotos {
  public:
-  // Both must outlive this.
-  GuestPhotos(const SubmapOptions& options, SceneMap* map) : options_(options), map_(*map) {}
+  // `map` must outlive this.
+  explicit GuestPhotos(SceneMap* map) : map_(*map) {}
   ~GuestPhotos();
   GuestPhotos(const GuestPhotos&) = delete;
   GuestPhotos& operator=(const GuestPhotos&) = delete;
@@ -21,7 +21,6 @@ class GuestPhotos {
   int size() const { return static_cast<int>(trials_.size()); }
 
  private:
-  const SubmapOptions& options_;
   SceneMap& map_;
   std::deque<PhotoTrial> trials_;  // of those that stand, in order
 };

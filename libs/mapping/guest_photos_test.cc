@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <vector>
 
 #include "testing/synthetic_scene.h"
 
@@ -17,13 +18,12 @@ class GuestPhotosTest : public testing::Test {
   }
 
   const SyntheticScene scene_ = MakeScene({});
-  const SubmapOptions options_;
   SceneMap map_;
 };
 
 TEST_F(GuestPhotosTest, StandInTheMapUntilTheyAreGone) {
   const auto points = map_.reconstruction().Points3D();
-  auto guests = std::make_unique<GuestPhotos>(options_, &map_);
+  auto guests = std::make_unique<GuestPhotos>(&map_);
   for (const ImageId id : {7, 8}) guests->Place(id, {});
   EXPECT_EQ(guests->size(), 2);
   for (const ImageId id : {7, 8}) {
@@ -40,13 +40,21 @@ TEST_F(GuestPhotosTest, StandInTheMapUntilTheyAreGone) {
   }
 }
 
+// Its matches with 5 and 6 give a right pose, and those with four others contradict that pose.
 TEST_F(GuestPhotosTest, AGuestMustPassItsTrial) {
-  SubmapOptions strict;
-  strict.registration.min_epipolar_share = 1.1;  // more than all matches
-  GuestPhotos guests(strict, &map_);
+  std::vector<TwoViewPairs> pairs = scene_.pairs;
+  for (TwoViewPair& pair : pairs[6]) {
+    if (pair.other_id > 4) continue;
+    pair.inliers.clear();
+    for (uint32_t i = 0; i < 250; ++i) pair.inliers.emplace_back(i, i + 100);
+  }
+  SceneMap map;
+  AddToMap(scene_, pairs, &map);
+  RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map);
+  GuestPhotos guests(&map);
   guests.Place(7, {});
   EXPECT_EQ(guests.size(), 0);
-  EXPECT_FALSE(map_.IsRegistered(7));
+  EXPECT_FALSE(map.IsRegistered(7));
 }
 
 }  // namespace skein::guest_photos_test

@@ -65,7 +65,7 @@ TEST_F(KnownCamera, RefinedStartsThere) {
   Submap whole{SubmapOptions()};
   Map(&whole);
   EXPECT_NE(Params(whole), scene_.photos[0].camera_params);
-  EXPECT_NEAR(Params(whole)[0], options_.focal_px, 8);
+  EXPECT_NEAR(Params(whole)[0], options_.camera.focal_px, 8);
   EXPECT_TRUE(whole.map().FixedCameras().empty());
 }
 

@@ -3,7 +3,6 @@
 #include <set>
 
 #include "core/limits.h"
-#include "core/option_check.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
@@ -16,11 +15,11 @@ bool SeenAt(const Reconstruction& reconstruction, const Image& image, const Eige
          limits::kMaxPoseErrorPx * limits::kMaxPoseErrorPx;
 }
 
-std::vector<ImageId> Contradicted(const MisplacedOptions& options, const std::vector<ImageId>& ids,
+std::vector<ImageId> Contradicted(const std::vector<ImageId>& ids,
                                   const std::vector<PhotoEdge>& edges) {
   PhotoGroups groups(ids, edges);
   groups.JoinByVotes(edges);
-  return groups.Contradicted(options.min_contradiction);
+  return groups.Contradicted(kMinContradiction);
 }
 
 // Breadth first along verified pairs.
@@ -38,7 +37,7 @@ std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t m
 
 }  // namespace
 
-Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2) {
+Votes CountVotes(const SceneMap& map, ImageId id1, ImageId id2) {
   const Reconstruction& reconstruction = map.reconstruction();
   const Image& image1 = reconstruction.Image(id1);
   const Image& image2 = reconstruction.Image(id2);
@@ -52,7 +51,7 @@ Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId i
                        SeenAt(reconstruction, image1, keypoint1.XY(), keypoint2.Point3DId());
     ++(agree ? votes.agree : votes.contradict);
   }
-  if (!map.IsStrongPair(id1, id2, options.min_pair_share)) votes.contradict = 0;
+  if (!map.IsStrongPair(id1, id2, kMinPairShare)) votes.contradict = 0;
   return votes;
 }
 
@@ -75,32 +74,25 @@ bool IsTorn(const Votes& common_points) {
          10 * common_points.contradict > 3 * common_points.agree;
 }
 
-Status MisplacedOptions::Check() const {
-  return FirstError({InRange("min_contradiction", min_contradiction, 1, 1'000'000),
-                     InRange("min_pair_share", min_pair_share, 0.0, 1.0),
-                     InRange<size_t>("max_photos_around", max_photos_around, 1, 1'000'000)});
-}
-
-std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map) {
+std::vector<ImageId> FindMisplaced(const SceneMap& map) {
   std::vector<PhotoEdge> edges;
   for (const auto& [id1, id2] : map.pairs()) {
     if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
-    edges.push_back({id1, id2, CountVotes(options, map, id1, id2)});
+    edges.push_back({id1, id2, CountVotes(map, id1, id2)});
   }
-  return Contradicted(options, map.reconstruction().RegImageIds(), edges);
+  return Contradicted(map.reconstruction().RegImageIds(), edges);
 }
 
-std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
-                                         ImageId center) {
-  const std::set<ImageId> ids = RegisteredAround(map, center, options.max_photos_around);
+std::vector<ImageId> FindMisplacedAround(const SceneMap& map, ImageId center, size_t max_photos) {
+  const std::set<ImageId> ids = RegisteredAround(map, center, max_photos);
   std::vector<PhotoEdge> edges;
   for (const ImageId id : ids) {
     for (const auto& [other, inliers] : map.Neighbours(id)) {
       if (other >= id || ids.count(other) == 0) continue;
-      edges.push_back({id, other, CountVotes(options, map, id, other)});
+      edges.push_back({id, other, CountVotes(map, id, other)});
     }
   }
-  return Contradicted(options, {ids.begin(), ids.end()}, edges);
+  return Contradicted({ids.begin(), ids.end()}, edges);
 }
 
 }  // namespace skein

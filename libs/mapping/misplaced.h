@@ -1,28 +1,26 @@
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
-#include "core/result.h"
 #include "disambiguation/photo_groups.h"
 #include "map/scene_map.h"
 
 namespace skein {
 
-struct MisplacedOptions {
-  int min_contradiction = 30;  // matches by which contradiction must outweigh agreement
-  // Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody.
-  // Such weak pairs are as often false, of an object that two places share
-  // (docs/experiments/false_pairs.md).
-  double min_pair_share = 0.03;
-  std::size_t max_photos_around = 100;  // that FindMisplacedAround looks at
+constexpr int kMinContradiction = 30;  // matches by which contradiction must outweigh agreement
 
-  Status Check() const;
-};
+// Pairs with a smaller part of the inliers of their photos' strongest pairs contradict nobody. Such
+// weak pairs are as often false, of an object that two places share
+// (docs/experiments/false_pairs.md).
+constexpr double kMinPairShare = 0.03;
+
+constexpr size_t kMaxPhotosAround = 100;  // that FindMisplacedAround looks at
 
 // Votes of the matches of two registered photos on their poses: a match agrees if one photo's point
 // projects into the other within limits::kMaxPoseErrorPx of the matched keypoint. A match counts if
-// both keypoints have a point. A weak pair (IsStrongPair is false) has contradict = 0.
-Votes CountVotes(const MisplacedOptions& options, const SceneMap& map, ImageId id1, ImageId id2);
+// both keypoints have a point. A weak pair (kMinPairShare) has contradict = 0.
+Votes CountVotes(const SceneMap& map, ImageId id1, ImageId id2);
 
 // Votes of the matches whose two keypoints both have points: a match agrees if they have one point
 // in common, and contradicts if each has its own.
@@ -39,11 +37,11 @@ bool IsTorn(const Votes& common_points);
 // joined along their verified pairs, those with most agreeing matches first. Two groups with more
 // contradicting than agreeing matches are never joined. If groups contradict each other, the
 // largest stays. The photos of the others are returned, ascending. Visits all pairs.
-std::vector<ImageId> FindMisplaced(const MisplacedOptions& options, const SceneMap& map);
+std::vector<ImageId> FindMisplaced(const SceneMap& map);
 
 // The same among the registered photos nearest to `center` along verified pairs, at most
-// `max_photos_around`. Its cost is independent of the map's size.
-std::vector<ImageId> FindMisplacedAround(const MisplacedOptions& options, const SceneMap& map,
-                                         ImageId center);
+// `max_photos`. Its cost is independent of the map's size.
+std::vector<ImageId> FindMisplacedAround(const SceneMap& map, ImageId center,
+                                         size_t max_photos = kMaxPhotosAround);
 
 }  // namespace skein

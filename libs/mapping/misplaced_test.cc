@@ -23,36 +23,32 @@ class MisplacedTest : public testing::Test {
 };
 
 TEST_F(MisplacedTest, TheSmallerOfTwoGroupsThatContradictEachOtherIsMisplaced) {
-  EXPECT_EQ(FindMisplaced({}, map_), std::vector<ImageId>({7, 8}));
+  EXPECT_EQ(FindMisplaced(map_), std::vector<ImageId>({7, 8}));
 }
 
 TEST_F(MisplacedTest, AroundAPhotoTheSameIsFoundWithinReach) {
-  EXPECT_EQ(FindMisplacedAround({}, map_, 7), std::vector<ImageId>({7, 8}));
+  EXPECT_EQ(FindMisplacedAround(map_, 7), std::vector<ImageId>({7, 8}));
 }
 
 TEST_F(MisplacedTest, BeyondTheNearestPhotosNothingIsLookedAt) {
-  MisplacedOptions options;
-  options.max_photos_around = 3;
-  EXPECT_TRUE(FindMisplacedAround(options, map_, 1).empty());
+  EXPECT_TRUE(FindMisplacedAround(map_, 1, 3).empty());
 }
 
-// The pair of 4 and 5 alone connects photos 1 to 4 with 5 to 8. Each of 1 to 3 matches each of 6 to
-// 8 along an object of both places: more matches, in weak pairs.
-TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
-  const SyntheticScene scene = MakeScene({});
+// The pair of 4 and 5 alone connects photos 1 to 4 with 5 to 8, by 300 matches. Each of 1 to 3
+// matches each of 6 to 8 along an object of both places: more matches in all, `num_false` a pair.
+std::vector<ImageId> MisplacedByObjectOfTwoPlaces(uint32_t num_false) {
+  constexpr size_t kNumTying = 300;
+  SyntheticOptions options;
+  options.num_points = 6000;  // 80 are less than kMinPairShare of a strongest pair's matches
+  const SyntheticScene scene = MakeScene(options);
   std::vector<TwoViewPairs> pairs = scene.pairs;
-  size_t num_tying = 0, num_false = 0;
   for (ImageId id = 5; id <= 8; ++id) {
     TwoViewPairs kept;
     for (TwoViewPair& pair : pairs[id - 1]) {
-      if (id == 5 && pair.other_id == 4) {
-        pair.inliers.resize(pair.inliers.size() / 2);
-        num_tying = pair.inliers.size();
-      }
+      if (id == 5 && pair.other_id == 4) pair.inliers.resize(kNumTying);
       if (id > 5 && pair.other_id < 4) {
         pair.inliers.clear();
-        for (uint32_t i = 0; i < 80; ++i) pair.inliers.emplace_back(i, i + 100);
-        num_false += pair.inliers.size();
+        for (uint32_t i = 0; i < num_false; ++i) pair.inliers.emplace_back(i, i + 100);
       } else if (pair.other_id < 5 && (id > 5 || pair.other_id < 4)) {
         continue;
       }
@@ -60,15 +56,17 @@ TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
     }
     pairs[id - 1] = std::move(kept);
   }
-  ASSERT_GT(num_false, num_tying + MisplacedOptions().min_contradiction);
+  EXPECT_GT(9 * num_false, kNumTying + kMinContradiction);
   SceneMap map;
   AddToMap(scene, pairs, &map);
   RegisterAtTruth(scene, {1, 2, 3, 4, 5, 6, 7, 8}, Eigen::Vector3d::Zero(), &map);
-  MisplacedOptions options;
-  options.min_pair_share = 0;
-  EXPECT_FALSE(FindMisplaced(options, map).empty());
-  options.min_pair_share = 0.2;  // of pairs of this scene, which has few points
-  EXPECT_TRUE(FindMisplaced(options, map).empty());
+  EXPECT_TRUE(map.IsStrongPair(4, 5, kMinPairShare));
+  return FindMisplaced(map);
+}
+
+TEST(Misplaced, AnObjectThatTwoPlacesHaveInCommonContradictsNobody) {
+  EXPECT_TRUE(MisplacedByObjectOfTwoPlaces(80).empty());
+  EXPECT_FALSE(MisplacedByObjectOfTwoPlaces(400).empty()) << "of strong pairs";
 }
 
 }  // namespace skein::misplaced_test

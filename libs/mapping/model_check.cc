@@ -33,7 +33,7 @@ ShapeCheck CheckShape(const Bundle& bundle) {
   return check;
 }
 
-PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map) {
+PairCheck CheckPairs(const SceneMap& map) {
   PairCheck check;
   for (const auto& [id1, id2] : map.pairs()) {
     if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
@@ -42,9 +42,9 @@ PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map) {
     ++check.num_pairs;
     // Only matches without a common point can contradict.
     const bool is_torn = IsTorn(common_points);
-    if (!is_torn && common_points.contradict < options.min_contradiction) continue;
-    const Votes votes = CountVotes(options, map, id1, id2);
-    const bool contradicts = votes.contradict - votes.agree >= options.min_contradiction;
+    if (!is_torn && common_points.contradict < kMinContradiction) continue;
+    const Votes votes = CountVotes(map, id1, id2);
+    const bool contradicts = votes.contradict - votes.agree >= kMinContradiction;
     if (!contradicts && !is_torn) continue;
     ++check.num_contradicting;
     const int num_matches = contradicts ? votes.contradict : common_points.contradict;

@@ -32,8 +32,8 @@ struct PairCheck {
 };
 
 // A pair contradicts as two groups of photos do (misplaced.h): more matches contradict than agree,
-// by min_contradiction at least. A torn pair contradicts, too. Visits all pairs.
-PairCheck CheckPairs(const MisplacedOptions& options, const SceneMap& map);
+// by kMinContradiction at least. A torn pair contradicts, too. Visits all pairs.
+PairCheck CheckPairs(const SceneMap& map);
 
 // Errors of a map that its residuals don't show.
 struct ModelCheck {

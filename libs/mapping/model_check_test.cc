@@ -57,7 +57,7 @@ TEST(ModelCheck, TwoPhotosHaveNoShape) {
 TEST(ModelCheck, AtTheTruthNoPairContradicts) {
   SceneMap map;
   FillMap(MakeScene({}), &map);
-  const PairCheck check = CheckPairs({}, map);
+  const PairCheck check = CheckPairs(map);
   EXPECT_EQ(check.num_pairs, static_cast<int>(map.pairs().size()));
   EXPECT_EQ(check.num_contradicting, 0);
   EXPECT_EQ(check.strongest1, 0u);
@@ -70,7 +70,7 @@ TEST(ModelCheck, OfAFoldThePairsAcrossItContradict) {
   AddToMap(scene, scene.pairs, &map);
   RegisterAtTruth(scene, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map);
   RegisterAtTruth(scene, {7, 8}, Eigen::Vector3d(3, 0, 0), &map);
-  const PairCheck check = CheckPairs({}, map);
+  const PairCheck check = CheckPairs(map);
   EXPECT_EQ(check.num_contradicting, 12);
   EXPECT_LE(check.strongest1, 6u);
   EXPECT_GE(check.strongest2, 7u);
@@ -85,10 +85,10 @@ TEST(ModelCheck, TornPairsContradictThoughTheyReproject) {
   AddToMap(scene, scene.pairs, &map);
   RegisterAtTruth(scene, {1, 2, 3, 4, 5, 6}, Eigen::Vector3d::Zero(), &map);
   RegisterAtTruth(scene, {7, 8}, Eigen::Vector3d(0.002, 0, 0), &map);
-  EXPECT_EQ(CountVotes({}, map, 6, 7).contradict, 0);
+  EXPECT_EQ(CountVotes(map, 6, 7).contradict, 0);
   EXPECT_TRUE(IsTorn(CountCommonPoints(map, 6, 7)));
   EXPECT_FALSE(IsTorn(CountCommonPoints(map, 5, 6)));
-  const PairCheck check = CheckPairs({}, map);
+  const PairCheck check = CheckPairs(map);
   EXPECT_EQ(check.num_contradicting, 12);
   EXPECT_GE(check.strongest2, 7u);
   EXPECT_GE(check.num_contradicting_matches, 30);

@@ -13,15 +13,14 @@ Verdict Undoing(Refusal refusal) { return {Verdict::Decision::kUndo, std::move(r
 
 }  // namespace
 
-PhotoTrial::PhotoTrial(const SubmapOptions& options, const TrialContext& context, ImageId id,
-                       SceneMap* map)
-    : options_(options), context_(context), id_(id), map_(*map), start_s_(MonotonicS()) {}
+PhotoTrial::PhotoTrial(const TrialContext& context, ImageId id, SceneMap* map)
+    : context_(context), id_(id), map_(*map), start_s_(MonotonicS()) {}
 
 double PhotoTrial::total_s() const { return MonotonicS() - start_s_; }
 
 bool PhotoTrial::FindPose() {
   visible_ = FindVisiblePoints(map_, id_);
-  estimate_ = EstimatePose(map_, id_, visible_, options_.registration, context_);
+  estimate_ = EstimatePose(map_, id_, visible_, context_);
   register_s_ = total_s();
   return estimate_.ok;
 }
@@ -33,17 +32,17 @@ void PhotoTrial::Place() {
 }
 
 Verdict PhotoTrial::Judge() const {
-  if (!IsDetermined(options_.registration, placement_->sigmas())) {
+  if (!IsDetermined(placement_->sigmas())) {
     return Undoing({Refusal::Cause::kTooFewCommonPoints, "pose badly determined by its inliers"});
   }
-  if (!placement_->AgreesWithMatches(options_.registration)) return JudgeAgainstNeighbours();
+  if (!placement_->AgreesWithMatches()) return JudgeAgainstNeighbours();
   return {};
 }
 
 // Many matches contradict the photo's pose. Of the photo and the photos that its matches lead to,
 // those with more agreeing matches stay.
 Verdict PhotoTrial::JudgeAgainstNeighbours() const {
-  std::vector<ImageId> misplaced = FindMisplacedAround(options_.misplaced, map_, id_);
+  std::vector<ImageId> misplaced = FindMisplacedAround(map_, id_);
   const bool is_misplaced = std::count(misplaced.begin(), misplaced.end(), id_) > 0;
   if (misplaced.empty() || is_misplaced) {
     return Undoing({Refusal::Cause::kContradicted, "pose disagrees with the verified matches"});

@@ -5,7 +5,6 @@
 #include <vector>
 
 #include "mapping/placement.h"
-#include "mapping/submap_options.h"
 
 namespace skein {
 
@@ -21,8 +20,8 @@ struct Verdict {
 // verdict. No other photo moves. Bundle adjustment of the photos around it comes after the verdict.
 class PhotoTrial {
  public:
-  // `options` and `map` must outlive this.
-  PhotoTrial(const SubmapOptions& options, const TrialContext& context, ImageId id, SceneMap* map);
+  // `map` must outlive this.
+  PhotoTrial(const TrialContext& context, ImageId id, SceneMap* map);
 
   // 2D-3D correspondences and an absolute pose from them. Changes nothing in the map. False if
   // there is none; estimate().refusal says why.
@@ -43,7 +42,6 @@ class PhotoTrial {
  private:
   Verdict JudgeAgainstNeighbours() const;
 
-  const SubmapOptions& options_;
   const TrialContext context_;
   const ImageId id_;
   SceneMap& map_;

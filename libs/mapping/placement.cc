@@ -32,8 +32,8 @@ Placement::Placement(const PoseEstimate& estimate, const VisiblePoints& visible,
   sigmas_ = SigmasOfFirstPose(bundle);
 }
 
-bool Placement::AgreesWithMatches(const RegistrationOptions& options) const {
-  return EpipolarVotes(map_, image_id_).AgreeingShare() >= options.min_epipolar_share;
+bool Placement::AgreesWithMatches() const {
+  return EpipolarVotes(map_, image_id_).AgreeingShare() >= kMinEpipolarShare;
 }
 
 void Placement::Undo() {

@@ -19,7 +19,7 @@ class Placement {
   // Whether enough of the photo's verified matches with registered photos agree with its pose,
   // triangulated or not. A few points in one corner can fit a wrong pose; the many matches around
   // them don't.
-  bool AgreesWithMatches(const RegistrationOptions& options) const;
+  bool AgreesWithMatches() const;
 
   // How well the refined pose is determined.
   const PoseSigmas& sigmas() const { return sigmas_; }

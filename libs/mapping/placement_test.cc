@@ -15,7 +15,7 @@ class PlacementTest : public testing::Test {
     AddToMap(scene_, scene_.pairs, &map_);
     RegisterAtTruth(scene_, {1, 2, 3, 4, 5, 6, 7}, Eigen::Vector3d::Zero(), &map_);
     visible_ = FindVisiblePoints(map_, kNewPhoto);
-    estimate_ = EstimatePose(map_, kNewPhoto, visible_, options_);
+    estimate_ = EstimatePose(map_, kNewPhoto, visible_);
     ASSERT_TRUE(estimate_.ok) << estimate_.refusal.text;
   }
 
@@ -26,7 +26,6 @@ class PlacementTest : public testing::Test {
   }
 
   const SyntheticScene scene_ = MakeScene({});
-  const RegistrationOptions options_;
   SceneMap map_;
   VisiblePoints visible_;
   PoseEstimate estimate_;
@@ -37,7 +36,7 @@ TEST_F(PlacementTest, RefinesAPoseThatIsOffBeforeTheMatchesAreAsked) {
   estimate_.pose.t += Eigen::Vector3d(0.1, 0.05, 0);
   const Placement placement(estimate_, visible_, kNewPhoto, &map_);
   EXPECT_LT(CenterError(), 0.02);
-  EXPECT_TRUE(placement.AgreesWithMatches(options_));
+  EXPECT_TRUE(placement.AgreesWithMatches());
 }
 
 // It looks away from all that it is matched with.
@@ -46,7 +45,7 @@ TEST_F(PlacementTest, MatchesDisagreeWithAPhotoInTheWrongPlace) {
       Eigen::AngleAxisd(1.5, Eigen::Vector3d::UnitY()).toRotationMatrix() * estimate_.pose.R;
   estimate_.inlier_mask.assign(visible_.size(), false);
   const Placement placement(estimate_, visible_, kNewPhoto, &map_);
-  EXPECT_FALSE(placement.AgreesWithMatches(options_));
+  EXPECT_FALSE(placement.AgreesWithMatches());
 }
 
 TEST_F(PlacementTest, UndoPutsTheMapBack) {

@@ -80,7 +80,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
     if (options.IsStopped()) break;
     const bool registered1 = map.IsRegistered(id1), registered2 = map.IsRegistered(id2);
     if (!registered1 && !registered2) continue;
-    const bool is_strong = map.IsStrongPair(id1, id2, options.misplaced.min_pair_share);
+    const bool is_strong = map.IsStrongPair(id1, id2, kMinPairShare);
     if (registered1 && registered2) {
       const Votes votes = CountCommonPoints(map, id1, id2);
       agreement.agreeing += votes.agree;
@@ -91,7 +91,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
       agreement.to_win += map.Neighbours(id1).at(id2);
     }
   }
-  if (!torn.empty() && !AreOfSimilarStructures(map, torn, options.registration.min_cells)) {
+  if (!torn.empty() && !AreOfSimilarStructures(map, torn, options.min_cells)) {
     agreement.to_win += to_win_of_torn;
   }
   return agreement;

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "core/angles.h"
-#include "core/option_check.h"
 #include "core/statistics.h"
 #include "map/bundle_builder.h"
 #include "map/image_pose.h"
@@ -26,6 +25,19 @@ namespace {
 constexpr double kMinInlierRatio = 0.25;
 constexpr int kMinNumTrials = 100, kMaxNumTrials = 10000;
 constexpr double kConfidence = 0.99999;
+
+// RANSAC runs at each. Two poses can share their inliers at the widest limit, e.g. of a nearly
+// planar part of the scene. The smaller limits tell them apart.
+constexpr double kRansacLimitsPx[] = {limits::kMaxPoseErrorPx, limits::kMaxErrorPx, 2.0};
+
+// Largest standard deviations of a refined pose (pose_sigmas.h). Deviations grow when the points
+// lie in one corner, on a line or too far away.
+constexpr double kMaxSigmaOfPosition = 0.02;
+constexpr double kMaxSigmaOfFramePx = 2 * limits::kMaxErrorPx;
+
+// Focal lengths taken, as a factor of the prior, for a camera that has none from EXIF and was never
+// refined. The bounds cover 17 to 108 mm equivalents of a guess of 1.2; COLMAP takes 0.1 to 10.
+constexpr double kMinFocalFactor = 0.4, kMaxFocalFactor = 2.5;
 
 // A pose that is less determined than required by this factor can start a refinement with the
 // photo's other matches.
@@ -112,8 +124,7 @@ bool RunRansac(const RansacLimits& limits, const VisiblePoints& visible, const C
 }
 
 // Sets the camera's focal length to the one with which most points fit a pose.
-bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
-                     const VisiblePoints& visible, Camera* camera) {
+bool FindFocalLength(double max_error_px, const VisiblePoints& visible, Camera* camera) {
   const size_t step = (visible.size() + kMaxFocalSearchPoints - 1) / kMaxFocalSearchPoints;
   const Eigen::Vector2d center(camera->PrincipalPointX(), camera->PrincipalPointY());
   std::vector<Eigen::Vector2d> pixels;
@@ -125,15 +136,14 @@ bool FindFocalLength(const RegistrationOptions& options, double max_error_px,
   const std::optional<double> found = EstimateFocalLength(LimitsOf(max_error_px), pixels, xyz);
   if (!found) return false;
   const double factor = *found / camera->MeanFocalLength();
-  if (factor < options.min_focal_factor || factor > options.max_focal_factor) return false;
+  if (factor < kMinFocalFactor || factor > kMaxFocalFactor) return false;
   for (const size_t i : camera->FocalLengthIdxs()) camera->Params(i) *= factor;
   return true;
 }
 
-bool EstimateWithRansac(const RegistrationOptions& options, double max_error_px,
-                        bool estimate_focal, const VisiblePoints& visible, Camera* camera,
-                        PoseEstimate* estimate) {
-  if (estimate_focal && !FindFocalLength(options, max_error_px, visible, camera)) return false;
+bool EstimateWithRansac(double max_error_px, bool estimate_focal, const VisiblePoints& visible,
+                        Camera* camera, PoseEstimate* estimate) {
+  if (estimate_focal && !FindFocalLength(max_error_px, visible, camera)) return false;
   return RunRansac(LimitsOf(max_error_px), visible, *camera, estimate);
 }
 
@@ -182,13 +192,12 @@ struct Candidate {
 };
 
 // The refined pose with the least robust cost of those with most inliers at each limit of RANSAC.
-Candidate BestAtAnyLimit(const SceneMap& map, const RegistrationOptions& options,
-                         const CameraUse& use, const VisiblePoints& visible,
+Candidate BestAtAnyLimit(const SceneMap& map, const CameraUse& use, const VisiblePoints& visible,
                          const Candidate& none) {
   Candidate best = none;
-  for (const double limit_px : options.ransac_limits_px) {
+  for (const double limit_px : kRansacLimitsPx) {
     Candidate candidate = none;
-    if (!EstimateWithRansac(options, limit_px, use.estimate_focal, visible, &candidate.camera,
+    if (!EstimateWithRansac(limit_px, use.estimate_focal, visible, &candidate.camera,
                             &candidate.estimate) ||
         candidate.estimate.num_inliers < limits::kMinPoseInliers ||
         !Refine(map, use.refine, visible, &candidate.camera, &candidate.estimate)) {
@@ -212,9 +221,9 @@ bool MayBeOfSeveralCameras(const CameraState& state) {
 // A focal length from EXIF is wrong where the photo was cropped. Then many points don't fit, and
 // others are searched, too. So it is where the photo is not of the camera whose intrinsics other
 // photos have told.
-Candidate FindPose(const SceneMap& map, const RegistrationOptions& options, const CameraUse& use,
-                   const VisiblePoints& visible, const Candidate& none) {
-  const Candidate best = BestAtAnyLimit(map, options, use, visible, none);
+Candidate FindPose(const SceneMap& map, const CameraUse& use, const VisiblePoints& visible,
+                   const Candidate& none) {
+  const Candidate best = BestAtAnyLimit(map, use, visible, none);
   const CameraState& state = map.camera_state(none.camera.CameraId());
   const bool gets_own_camera = !use.refine;
   if (use.estimate_focal || FitsWell(best.estimate, visible) ||
@@ -223,7 +232,7 @@ Candidate FindPose(const SceneMap& map, const RegistrationOptions& options, cons
   }
   Candidate searched = none;
   searched.camera.SetParams(state.prior_params);
-  searched = BestAtAnyLimit(map, options, {true, true}, visible, searched);
+  searched = BestAtAnyLimit(map, {true, true}, visible, searched);
   searched.estimate.has_own_camera = gets_own_camera;
   if (gets_own_camera && !FitsWell(searched.estimate, visible)) return best;
   return searched.cost < best.cost ? searched : best;
@@ -246,15 +255,6 @@ bool Differ(const VisiblePoints& visible, const PoseEstimate& estimate, const Bu
          RadToDeg(angle) > kElsewhereDeg;
 }
 
-Status CheckLimits(const std::vector<double>& limits_px) {
-  if (limits_px.empty()) return InvalidArgument("ransac_limits_px is empty: give at least one");
-  for (const double limit_px : limits_px) {
-    const Status checked = InRange("ransac_limits_px", limit_px, 0.01, 1000.0);
-    if (!checked.ok()) return checked;
-  }
-  return Status::Ok();
-}
-
 // No other registered photo says what the camera's intrinsics are.
 bool MayEstimateCamera(const SceneMap& map, ImageId image_id) {
   const Image& image = map.reconstruction().Image(image_id);
@@ -265,16 +265,6 @@ bool MayEstimateCamera(const SceneMap& map, ImageId image_id) {
 }
 
 }  // namespace
-
-Status RegistrationOptions::Check() const {
-  return FirstError({CheckLimits(ransac_limits_px),
-                     InRange("max_position_sigma", max_position_sigma, 1e-6, 1e6),
-                     InRange("max_frame_sigma_px", max_frame_sigma_px, 1e-6, 1e6),
-                     InRange("min_epipolar_share", min_epipolar_share, 0.0, 1.0),
-                     InRange("min_cells", min_cells, 1, 1'000'000),
-                     InRange("max_focal_factor", max_focal_factor, 0.01, 100.0),
-                     InRange("min_focal_factor", min_focal_factor, 0.01, max_focal_factor)});
-}
 
 std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_id, ImageId other) {
   const Reconstruction& model = map.reconstruction();
@@ -296,9 +286,9 @@ std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_
   return ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t);
 }
 
-bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor) {
-  return sigmas.position <= factor * options.max_position_sigma &&
-         sigmas.frame_px <= factor * options.max_frame_sigma_px;
+bool IsDetermined(const PoseSigmas& sigmas, double factor) {
+  return sigmas.position <= factor * kMaxSigmaOfPosition &&
+         sigmas.frame_px <= factor * kMaxSigmaOfFramePx;
 }
 
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
@@ -365,7 +355,7 @@ VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id) {
 }
 
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
-                          const RegistrationOptions& options, const TrialContext& context) {
+                          const TrialContext& context) {
   const Image& image = map.reconstruction().Image(image_id);
   Camera camera = map.reconstruction().Camera(image.CameraId());
   const CameraState& state = map.camera_state(camera.CameraId());
@@ -379,7 +369,7 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   }
   SetRandomSeed(SeedFromIds(image_id, visible.size()));
   const CameraUse use{estimate_camera && !state.focal_from_exif, estimate_camera};
-  const Candidate found = FindPose(map, options, use, visible, {estimate, camera});
+  const Candidate found = FindPose(map, use, visible, {estimate, camera});
   if (found.cost == HUGE_VAL)
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints, "too few inliers");
   estimate = found.estimate;
@@ -394,19 +384,19 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   }
   if (!HasPossibleIntrinsics(camera))
     return Refuse(estimate, Refusal::Cause::kCamera, "camera parameters out of range");
-  if (!IsDetermined(options, estimate.sigmas, kSigmasOfAStart)) {
+  if (!IsDetermined(estimate.sigmas, kSigmasOfAStart)) {
     return Refuse(estimate, Refusal::Cause::kTooFewCommonPoints,
                   "pose badly determined by its inliers");
   }
   const CellVotes votes = CompareWithNeighbours(
       map, image_id, camera, ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
-  estimate.has_too_many_missing_cells = HasTooManyMissingCells(votes, options.min_cells);
+  estimate.has_too_many_missing_cells = HasTooManyMissingCells(votes, context.min_cells);
   if (estimate.has_too_many_missing_cells && context.matches_similar_place) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "another, visually similar place: " + std::to_string(votes.num_missing) + " of " +
                       std::to_string(votes.num_cells()) + " cells that it should show are missing");
   }
-  if (context.needs_min_cells && votes.num_cells() < options.min_cells) {
+  if (context.needs_min_cells && votes.num_cells() < context.min_cells) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "perhaps of another, visually similar place: too few cells to tell");
   }
@@ -414,26 +404,25 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   return estimate;
 }
 
-bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
-                   const RegistrationOptions& options) {
+bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible) {
   const Image& image = map.reconstruction().Image(image_id);
   const bool is_alone = MayEstimateCamera(map, image_id);
   const bool may_be_alone = is_alone || MayBeOfSeveralCameras(map.camera_state(image.CameraId()));
   const double observed = image.NumPoints3D();
   if (observed >= (may_be_alone ? kMinObservedAlone : kMinObserved) * visible.size()) return false;
-  const PoseEstimate estimate = EstimatePose(map, image_id, visible, options);
+  const PoseEstimate estimate = EstimatePose(map, image_id, visible);
   if (!is_alone && !estimate.has_own_camera && observed >= kMinObserved * visible.size()) {
     return false;
   }
   BundlePose pose;
   GetPose(image, &pose);
-  if (!estimate.ok || !IsDetermined(options, estimate.sigmas) || !Differ(visible, estimate, pose)) {
+  if (!estimate.ok || !IsDetermined(estimate.sigmas) || !Differ(visible, estimate, pose)) {
     return false;
   }
   Camera camera = map.reconstruction().Camera(image.CameraId());
   camera.SetParams(estimate.camera_params);
   const Votes votes = EpipolarVotes(map, image_id, camera, estimate.pose);
-  return votes.AgreeingShare() >= options.min_epipolar_share;
+  return votes.AgreeingShare() >= kMinEpipolarShare;
 }
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

@@ -16,26 +16,9 @@
 
 namespace skein {
 
-struct RegistrationOptions {
-  // RANSAC runs at each. Two poses can share their inliers at the widest limit, e.g. of a nearly
-  // planar part of the scene. The smaller limits tell them apart.
-  std::vector<double> ransac_limits_px = {limits::kMaxPoseErrorPx, limits::kMaxErrorPx, 2.0};
-  // Largest standard deviations of a refined pose (pose_sigmas.h). Deviations grow when the points
-  // lie in one corner, on a line or too far away.
-  double max_position_sigma = 0.02;
-  double max_frame_sigma_px = 2 * limits::kMaxErrorPx;
-  // Share of the verified matches with registered photos that must agree with the refined pose
-  // (placement.h).
-  double min_epipolar_share = 0.65;
-  int min_cells = kMinCells;  // by which a place is told from a visually similar one
-  // Focal lengths taken, as a factor of the prior, for a camera that has none from EXIF and was
-  // never refined. The bounds cover 17 to 108 mm equivalents of a guess of 1.2; COLMAP takes 0.1 to
-  // 10.
-  double min_focal_factor = 0.4;
-  double max_focal_factor = 2.5;
-
-  Status Check() const;
-};
+// Share of the verified matches with registered photos that must agree with the refined pose
+// (placement.h).
+constexpr double kMinEpipolarShare = 0.65;
 
 // 2D-3D correspondences of a photo with a map.
 struct VisiblePoints {
@@ -67,14 +50,14 @@ struct PoseEstimate {
 // it is registered; also where their intrinsics, without a focal length from EXIF, do not fit the
 // photo and others of its own do. Changes nothing in the map. The same input gives the same result.
 PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
-                          const RegistrationOptions& options, const TrialContext& context = {});
+                          const TrialContext& context = {});
 
 // Pose (cam_from_world) of a registered photo by its matches with one other registered photo alone,
 // with its camera as it is. nullopt if fewer than limits::kMinPoseInliers agree.
 std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_id, ImageId other);
 
-// Whether the sigmas are within `factor` times the limits.
-bool IsDetermined(const RegistrationOptions& options, const PoseSigmas& sigmas, double factor = 1);
+// Whether the sigmas are within `factor` times their limits.
+bool IsDetermined(const PoseSigmas& sigmas, double factor = 1);
 
 // The photo's verified matches with registered photos. A match agrees if its Sampson error under
 // the pose is at most limits::kMaxErrorPx.
@@ -87,8 +70,7 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id);
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
 // pose. Some outliers suffice if the photo has a camera of its own, or should have one: the photo
 // may have settled for a wrong focal length and distance, where bundle adjustment finds no way out.
-bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible,
-                   const RegistrationOptions& options);
+bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible);
 
 // Registers the photo with the pose and continues the inliers' tracks.
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

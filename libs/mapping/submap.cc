@@ -123,7 +123,7 @@ bool Submap::Step(const EventSink& sink) {
 
 // The steps of incremental registration. True if the photo is registered after them.
 bool Submap::TryPhoto(ImageId id, const EventSink& sink) {
-  PhotoTrial trial(options_, waiting_.ContextOf(id), id, map_.get());
+  PhotoTrial trial(waiting_.ContextOf(id), id, map_.get());
   const bool has_pose = trial.FindPose();
   NoteTried(trial);
   if (!has_pose) {
@@ -433,7 +433,7 @@ bool Submap::MixesPlaces(const SceneMap& anew,
     const DividedPhotos photos =
         DividePhotos(anew, ours, {theirs.begin(), theirs.end()}, anew.reconstruction());
     const PlacesOfTwoSets places = ComparePlaces(anew, anew.reconstruction(), photos.of_first,
-                                                 photos.of_second, options_.registration.min_cells);
+                                                 photos.of_second, options_.min_cells);
     if (places.differ) {
       LogInfo("batch: {} and {} photos show two places: {}", photos.of_first.size(),
               photos.of_second.size(), places.reason);

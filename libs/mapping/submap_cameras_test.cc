@@ -16,7 +16,7 @@ TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
       options.num_photos = 16;
       options.prior_factor = factor;
       options.focal_from_exif = exif;
-      options.distortion = -0.1;
+      options.camera.distortion = -0.1;
       SubmapRig run(options);
       run.FeedAll();
       run.map.Finish(run.Sink());

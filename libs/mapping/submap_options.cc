@@ -15,14 +15,10 @@ Status CheckCameraModel(const std::string& name) {
 }  // namespace
 
 Status SubmapOptions::Check() const {
-  return FirstError({CheckCameraModel(camera_model), registration.Check().Within("registration"),
-                     misplaced.Check().Within("misplaced"),
+  return FirstError({CheckCameraModel(camera_model), InRange("min_cells", min_cells, 1, 1'000'000),
                      make_local ? Status::Ok() : InvalidArgument("make_local is empty: give one"),
                      InRange("max_images_all_global", max_images_all_global, 0, 1'000'000),
                      InRange("global_growth", global_growth, 1.001, 1000.0),
-                     InRange("min_observations", min_observations, 0, 1'000'000),
-                     InRange("min_observed_ratio", min_observed_ratio, 0.0, 1.0),
-                     InRange("max_withdrawals", max_withdrawals, 0, 1'000'000),
                      InRange("min_rebuild_gain", min_rebuild_gain, 0.0, 1.0),
                      InRange("num_threads", num_threads, 1, 1024)});
 }

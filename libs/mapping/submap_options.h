@@ -13,16 +13,10 @@ namespace skein {
 
 struct SubmapOptions {
   std::string camera_model = "SIMPLE_RADIAL";
-  RegistrationOptions registration;
-  MisplacedOptions misplaced;
+  int min_cells = kMinCells;  // by which a place is told from a visually similar one
   LocalAdjustmentMaker make_local = [] { return std::make_shared<ColmapWindow>(); };
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
-  int min_observations = 15;       // of a registered photo; with less it is withdrawn
-  // Part of the points that its matches tie it to that a registered photo must observe. Looked at
-  // after each global BA. Registration asks for a quarter of them.
-  double min_observed_ratio = 0.15;
-  int max_withdrawals = 4;  // of one photo; then it is rejected
   // Part of the matches that agree with a map which the same photos, mapped again, must win for
   // that map to stay. If the map cannot win so many, nothing is mapped again.
   double min_rebuild_gain = 0.005;

@@ -56,7 +56,7 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) {
 // Two places may share an object of one design, and photos that see it match. So a photo of another
 // submap is judged by what it misses, too. One that sees few points follows its neighbours.
 std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& image_ids) {
-  auto guests = std::make_unique<GuestPhotos>(options_, map_.get());
+  auto guests = std::make_unique<GuestPhotos>(map_.get());
   std::vector<std::pair<ImageId, size_t>> left;  // with the points that each sees
   const auto count_visible = [&] {
     for (auto& [id, num_visible] : left) num_visible = FindVisiblePoints(*map_, id).size();

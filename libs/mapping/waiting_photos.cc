@@ -6,6 +6,11 @@
 #include "mapping/registration.h"
 
 namespace skein {
+namespace {
+
+constexpr int kMaxWithdrawals = 4;  // of one photo; then it is rejected
+
+}  // namespace
 
 int WaitingPhotos::CountVisible(ImageId id) const {
   return static_cast<int>(FindVisiblePoints(map_, id).size());
@@ -86,7 +91,7 @@ bool WaitingPhotos::OnWithdrawn(ImageId id) {
   TrialRecord& record = records_[id];
   record.deferred = true;
   record.last_visible = CountVisible(id);
-  record.rejected = ++record.num_withdrawals > options_.max_withdrawals;
+  record.rejected = ++record.num_withdrawals > kMaxWithdrawals;
   return record.rejected;
 }
 
@@ -124,6 +129,7 @@ TrialContext WaitingPhotos::ContextOf(ImageId id) const {
   TrialContext context;
   context.matches_similar_place = MatchesSimilarPlace(id);
   context.needs_min_cells = IsOfSimilarPlace(id);
+  context.min_cells = options_.min_cells;
   return context;
 }
 

@@ -1,7 +1,6 @@
 #include "merging/absorb.h"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <vector>
 
@@ -15,39 +14,6 @@ namespace {
 
 // Of the points that both models see in one photo, those that fit together.
 constexpr double kMinFusedShare = 0.3;
-
-// The `max_neighbours` other photos that have most points in common with the shared ones.
-std::set<ImageId> NeighboursOf(const std::set<ImageId>& shared, int max_neighbours,
-                               const Reconstruction& model) {
-  std::map<ImageId, int> common;
-  for (const ImageId id : shared) {
-    for (const Point2D& point2D : model.Image(id).Points2D()) {
-      if (!point2D.HasPoint3D()) continue;
-      for (const auto& element : model.Point3D(point2D.Point3DId()).Track().Elements()) {
-        if (!shared.count(element.image_id)) ++common[element.image_id];
-      }
-    }
-  }
-  std::vector<std::pair<int, ImageId>> order;
-  for (const auto& [id, count] : common) order.emplace_back(-count, id);
-  std::sort(order.begin(), order.end());
-  std::set<ImageId> neighbours;
-  for (const auto& [count, id] : order) {
-    if (static_cast<int>(neighbours.size()) >= max_neighbours) break;
-    neighbours.insert(id);
-  }
-  return neighbours;
-}
-
-std::set<ImageId> SeamOf(const FuseResult& fused, const AbsorbOptions& options,
-                         const Reconstruction& merged) {
-  if (static_cast<int>(merged.NumRegImages()) <= options.max_whole_images) {
-    return {merged.RegImageIds().begin(), merged.RegImageIds().end()};
-  }
-  std::set<ImageId> seam = NeighboursOf(fused.agreeing, options.max_neighbours, merged);
-  seam.insert(fused.agreeing.begin(), fused.agreeing.end());
-  return seam;
-}
 
 std::set<ImageId> Without(std::set<ImageId> images, const std::set<ImageId>& left_out) {
   for (const ImageId id : left_out) images.erase(id);
@@ -185,7 +151,7 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
     result.shows_another_place = !result.status.ok();
   }
   if (!result.status.ok()) return result;
-  result.seam = SeamOf(result.fused, options, result.merged);
+  result.seam = SeamOf(result.fused.agreeing, result.merged);
   result.status = AdjustWithPossibleCameras(options, &result);
   if (result.status.ok() && options.verify) {
     result.status = Verify(target, source, options, &result);
@@ -206,8 +172,6 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
 Status AbsorbOptions::Check() const {
   return FirstError({sim3.Check(), InRange("min_cells", min_cells, 1, 1'000'000),
                      InRange("min_shared_images", min_shared_images, 0, 1000),
-                     InRange("max_whole_images", max_whole_images, 0, 1'000'000),
-                     InRange("max_neighbours", max_neighbours, 0, 1'000'000),
                      InRange("intrinsics.min_images", intrinsics.min_images, 1, 1'000'000)});
 }
 

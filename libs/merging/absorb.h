@@ -16,12 +16,8 @@ namespace skein {
 
 struct AbsorbOptions {
   Sim3Options sim3;
-  int min_cells = kMinCells;  // as while mapping: RegistrationOptions::min_cells
+  int min_cells = kMinCells;  // as while mapping: SubmapOptions::min_cells
   int min_shared_images = 3;  // agreeing, before and after the adjustment
-  // A merged model up to this size is adjusted as a whole, intrinsics included. A larger one is
-  // adjusted around the seam: the shared images and this many with most points in common with them.
-  int max_whole_images = 150;
-  int max_neighbours = 60;
   SeamIntrinsics intrinsics;
   // False: for a merge that was verified before and is carried out again.
   bool verify = true;

@@ -184,15 +184,17 @@ TEST(Absorb, APhotoWithAWrongPoseInOneSideKeepsTheOther) {
   EXPECT_EQ(result.fused.kept_source, std::set<ImageId>{12});
 }
 
-TEST(Absorb, AdjustsOnlyTheSeamOfALargeModel) {
+TEST(Seam, OfALargeModelIsAPartOfIt) {
   const Merge m{Case()};
-  AbsorbOptions options;
-  options.max_whole_images = 10;
-  options.max_neighbours = 6;
-  const AbsorbResult result = Absorb(m.target, m.source, AlignSubmaps(m.source, m.target), options);
-  ASSERT_TRUE(result.status.ok()) << result.status.error();
-  EXPECT_EQ(result.seam.size(), 11u);
-  EXPECT_LT(MaxCentreError(result.merged, m.world), 0.005 * kExtent);
+  Reconstruction merged = m.target;
+  const FuseResult fused =
+      FuseModels(m.source, AlignSubmaps(m.source, m.target), Sim3Options(), &merged);
+  ASSERT_TRUE(fused.status.ok()) << fused.status.error();
+  EXPECT_EQ(SeamOf(fused.agreeing, merged).size(), 24u);
+  const std::set<ImageId> seam = SeamOf(fused.agreeing, merged, 10, 6);
+  EXPECT_EQ(seam.size(), 11u);
+  EXPECT_TRUE(AdjustSeam(seam, SeamIntrinsics(), &merged).usable);
+  EXPECT_LT(MaxCentreError(merged, m.world), 0.005 * kExtent);
 }
 
 // Photos 1 to `target_last` and 9 to `source_last` of two buildings with one façade.

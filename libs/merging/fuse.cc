@@ -100,7 +100,7 @@ class Fuser {
   double LimitPx(const Image& image) const {
     SharedPhoto shared;
     shared.target_camera = merged_.Camera(image.CameraId());
-    return MaxErrorPx(shared, options_);
+    return MaxErrorPx(shared);
   }
 
   // With the intrinsics of the model that the photo's pose is from.

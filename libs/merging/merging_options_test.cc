@@ -7,12 +7,10 @@ namespace skein::merging_options_test {
 
 TEST(AbsorbOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<AbsorbOptions>({
-      {"trials", [](auto* o) { o->sim3.num_trials = 0; }},
+      {"min_inlier_images", [](auto* o) { o->sim3.min_inlier_images = 0; }},
       {"min_cells", [](auto* o) { o->min_cells = 0; }},
       {"intrinsics.min_images", [](auto* o) { o->intrinsics.min_images = 0; }},
       {"min_shared_images", [](auto* o) { o->min_shared_images = -1; }},
-      {"max_whole_images", [](auto* o) { o->max_whole_images = -1; }},
-      {"max_neighbours", [](auto* o) { o->max_neighbours = -1; }},
   });
 }
 

@@ -1,10 +1,38 @@
 #include "merging/seam_bundle.h"
 
+#include <algorithm>
+#include <map>
+#include <utility>
+#include <vector>
+
 #include "map/bundle_assembly.h"
 #include "map/image_pose.h"
 
 namespace skein {
 namespace {
+
+// The `max_neighbours` other photos that have most points in common with the shared ones.
+std::set<ImageId> NeighboursOf(const std::set<ImageId>& shared, int max_neighbours,
+                               const Reconstruction& model) {
+  std::map<ImageId, int> common;
+  for (const ImageId id : shared) {
+    for (const Point2D& point2D : model.Image(id).Points2D()) {
+      if (!point2D.HasPoint3D()) continue;
+      for (const auto& element : model.Point3D(point2D.Point3DId()).Track().Elements()) {
+        if (!shared.count(element.image_id)) ++common[element.image_id];
+      }
+    }
+  }
+  std::vector<std::pair<int, ImageId>> order;
+  for (const auto& [id, count] : common) order.emplace_back(-count, id);
+  std::sort(order.begin(), order.end());
+  std::set<ImageId> neighbours;
+  for (const auto& [count, id] : order) {
+    if (static_cast<int>(neighbours.size()) >= max_neighbours) break;
+    neighbours.insert(id);
+  }
+  return neighbours;
+}
 
 bool MayRefineIntrinsics(CameraId camera_id, const std::set<ImageId>& free_images,
                          const SeamIntrinsics& intrinsics, const Reconstruction& model) {
@@ -48,6 +76,16 @@ Bundle BuildSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& int
 }
 
 }  // namespace
+
+std::set<ImageId> SeamOf(const std::set<ImageId>& agreeing, const Reconstruction& merged,
+                         int max_whole_images, int max_neighbours) {
+  if (static_cast<int>(merged.NumRegImages()) <= max_whole_images) {
+    return {merged.RegImageIds().begin(), merged.RegImageIds().end()};
+  }
+  std::set<ImageId> seam = NeighboursOf(agreeing, max_neighbours, merged);
+  seam.insert(agreeing.begin(), agreeing.end());
+  return seam;
+}
 
 std::set<Point3DId> PointsSeenBy(const std::set<ImageId>& images, const Reconstruction& model) {
   std::set<Point3DId> ids;

@@ -11,6 +11,15 @@ namespace skein {
 
 std::set<Point3DId> PointsSeenBy(const std::set<ImageId>& images, const Reconstruction& model);
 
+constexpr int kMaxWholeImages = 150;    // of a model that is adjusted as a whole
+constexpr int kMaxSeamNeighbours = 60;  // of the shared images of a larger one
+
+// The images that a merge adjusts: all of a model up to `max_whole_images`; else the agreeing
+// shared images and the `max_neighbours` with most points in common with them.
+std::set<ImageId> SeamOf(const std::set<ImageId>& agreeing, const Reconstruction& merged,
+                         int max_whole_images = kMaxWholeImages,
+                         int max_neighbours = kMaxSeamNeighbours);
+
 // Conditions on cameras to be refined: enough photos, and none outside of the free images.
 struct SeamIntrinsics {
   int min_images = 6;        // free ones of a camera

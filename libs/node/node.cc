@@ -58,10 +58,10 @@ void Accept(const std::string& link, NodeOptions* options) {
   Result<Invitation> invitation = ReadInvitation(link);
   if (!invitation.ok()) throw std::invalid_argument("--invite: " + invitation.error());
   const Certificate& certificate = invitation->credential.certificate;
-  if (!Suffices(certificate.role, options->role)) {
+  if (!Suffices(certificate.role, options->signer.role)) {
     throw std::invalid_argument(std::string("--invite: the invitation is for the role ") +
                                 RoleName(certificate.role) + ", this takes one for " +
-                                RoleName(options->role));
+                                RoleName(options->signer.role));
   }
   if (IsExpired(certificate, NowUs() / 1'000'000)) {
     throw std::invalid_argument("--invite: the invitation has expired; ask for another");
@@ -69,11 +69,11 @@ void Accept(const std::string& link, NodeOptions* options) {
   options->session_id = invitation->trust.session_id;
   if (options->lcm_url.empty()) options->lcm_url = invitation->url.ToString();
   options->instance = InvitedInstance(certificate, options->instance);
-  options->invitation = *std::move(invitation);
+  options->signer.invitation = *std::move(invitation);
 }
 
 std::string KeysDirOf(const NodeOptions& options) {
-  return options.session_dir.empty() ? options.keys_dir
+  return options.session_dir.empty() ? options.signer.keys_dir
                                      : SessionPaths{options.session_dir}.Keys().string();
 }
 
@@ -83,8 +83,8 @@ std::string WithPin(const NodeOptions& options) {
   LcmUrl url = ParseLcmUrl(options.lcm_url);
   const std::string keys_dir = KeysDirOf(options);
   if (!url.pin.empty()) return options.lcm_url;
-  if (options.invitation) {
-    url.pin = options.invitation->url.pin;
+  if (options.signer.invitation) {
+    url.pin = options.signer.invitation->url.pin;
   } else if (!keys_dir.empty()) {
     const Result<std::string> pin = ReadRelayPin(keys_dir);
     if (!pin.ok()) throw std::runtime_error(pin.error());
@@ -104,8 +104,8 @@ NodeOptions Completed(NodeOptions options) {
     throw std::invalid_argument(
         "give --session DIR on the host of the session folder, or --invite LINK elsewhere");
   }
-  if (options.certified_name.empty()) {
-    options.certified_name = options.instance.substr(0, options.instance.find('.'));
+  if (options.signer.certified_name.empty()) {
+    options.signer.certified_name = options.instance.substr(0, options.instance.find('.'));
   }
   const char* url = std::getenv("LCM_DEFAULT_URL");
   if (options.lcm_url.empty() && url != nullptr) options.lcm_url = url;
@@ -116,9 +116,11 @@ NodeOptions Completed(NodeOptions options) {
 // Of the invitation, or of the session's folder. None for who may do without.
 std::optional<SessionAccess> FindAccess(const NodeOptions& options, const std::string& keys_dir,
                                         const std::string& session_id, bool is_required) {
-  const bool is_worker = options.role == Role::kWorker || options.role == Role::kIngest;
-  if (options.invitation) {
-    return SessionAccess{options.invitation->trust, options.invitation->credential, {}};
+  const bool is_worker =
+      options.signer.role == Role::kWorker || options.signer.role == Role::kIngest;
+  if (options.signer.invitation) {
+    return SessionAccess{
+        options.signer.invitation->trust, options.signer.invitation->credential, {}};
   }
   if (keys_dir.empty()) {
     if (!is_required && !is_worker) return std::nullopt;
@@ -127,7 +129,7 @@ std::optional<SessionAccess> FindAccess(const NodeOptions& options, const std::s
         "host prints one), or --auth off to every process of the session");
   }
   Result<SessionAccess> access =
-      OpenSessionKeys(keys_dir, session_id, options.role, options.certified_name);
+      OpenSessionKeys(keys_dir, session_id, options.signer.role, options.signer.certified_name);
   if (access.ok()) return *std::move(access);
   if (is_required || is_worker) throw std::runtime_error(access.error());
   LogWarn("goes on without a signature: {}", access.error());
@@ -196,7 +198,7 @@ void Node::SealBus() {
   auto seal = std::make_unique<MessageSeal>(access->trust, access->credential, access->used, NowUs);
   if (!KeysDirOf(options_).empty()) seal->SetRevoked(Revocations(KeysDirOf(options_)));
   bus_.SetSeal(std::move(seal), auth == Auth::kWarn);
-  if (options_.role != Role::kIngest) return;
+  if (options_.signer.role != Role::kIngest) return;
   // Counters rise over all channels: a heartbeat's is above those of what its signer said before.
   bus_.Subscribe(kHeartbeatChannel, [](const heartbeat_t&) {});
   counters_timer_ = loop_.AddTimer(kKeepCountersS, [this] { KeepCounters(); });
@@ -306,7 +308,7 @@ int RunService(const NodeOptions& options, const std::function<void(Node&)>& bod
     return Fail(options, error, 1);
   }
   try {
-    if (options.role == Role::kWorker && !options.configuration.empty()) {
+    if (options.signer.role == Role::kWorker && !options.configuration.empty()) {
       node->submitter().Submit(ConfigurationOf(node->options()), [](const Submission&) {});
     }
     body(*node);

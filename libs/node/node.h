@@ -64,6 +64,14 @@ class App;
 
 namespace skein {
 
+// Name and role under which a process signs (docs/security.md).
+struct Signer {
+  Role role = Role::kWorker;
+  std::string certified_name;  // "": the instance up to its first dot
+  std::string keys_dir;        // keys/ of a session's folder that this process does not share; ""
+  std::optional<Invitation> invitation;  // of NodeOptions::invite
+};
+
 struct NodeOptions {
   std::string service;      // set by main: features, ingest, ...
   std::string session_dir;  // --session: this process shares the session folder
@@ -80,11 +88,7 @@ struct NodeOptions {
   std::string configuration;           // the service's options, as its section of a config file
   double auto_session_timeout_s = 30;  // how long "auto" waits to hear a session
 
-  // Role under which the process signs (docs/security.md).
-  Role role = Role::kWorker;
-  std::string certified_name;  // "": the instance up to its first dot
-  std::string keys_dir;        // keys/ of a session's folder that this process does not share; ""
-  std::optional<Invitation> invitation;  // of `invite`
+  Signer signer;
 };
 
 // --session, --session-id, --lcm-url, --auth, --invite, --instance, --threads, --verbose.

@@ -81,10 +81,10 @@ TEST_F(TransportTest, IngestRemembersTheCountersOfAllThatAreAlive) {
   options.session_dir = folder.path().string();
   options.lcm_url = kUdpm;
   options.auth = "require";
-  options.role = Role::kIngest;
+  options.signer.role = Role::kIngest;
   NodeOptions worker = options;
   worker.instance = "mapper-1";
-  worker.role = Role::kWorker;
+  worker.signer.role = Role::kWorker;
   const std::string keys = SessionPaths{options.session_dir}.Keys().string();
   const auto open = [&](const std::string& session_id) {
     return *OpenSessionKeys(keys, session_id, Role::kWorker, "mapper-1");
@@ -198,7 +198,7 @@ TEST_F(TransportTest, NodeAdoptsTheSessionItHears) {
   NodeOptions options = TestOptions("worker");
   options.session_id = "auto";
   options.lcm_url = kUdpm;
-  options.role = Role::kViewer;
+  options.signer.role = Role::kViewer;
   Node node(options);
   EXPECT_EQ(node.session_id(), "0123456789abcdef");
 }
@@ -210,7 +210,7 @@ TEST_F(TransportTest, NodeNeedsACredentialToWorkOrToSpeakBeyondThisHost) {
   options.auth = "off";
   EXPECT_NO_THROW(Node node(options));
   options.auth.clear();
-  options.role = Role::kViewer;
+  options.signer.role = Role::kViewer;
   EXPECT_NO_THROW(Node node(options));
   options.lcm_url = kUdpmLeavingTheHost;
   EXPECT_THROW(Node node(options), std::invalid_argument);

@@ -271,8 +271,8 @@ PhotoDecoder::~PhotoDecoder() = default;
 Status PhotoDecoder::StartChild() {
   auto child = Child::Spawn(options_.program, input_.fd(), output_.fd());
   if (!child.ok()) return child.status();
-  if (Status status = (*child)->LimitCpu(options_.max_cpu_s); !status.ok()) return status;
-  const Result<DecoderAnswer> ready = (*child)->Receive(options_.max_still_s);
+  if (Status status = (*child)->LimitCpu(options_.bounds.max_cpu_s); !status.ok()) return status;
+  const Result<DecoderAnswer> ready = (*child)->Receive(options_.bounds.max_still_s);
   const Status status = ready.ok() ? ready->status : ready.status();
   if (!status.ok()) return Unavailable(options_.program + " does not start: " + status.error());
   (*child)->base_bytes = ready->address_space_bytes;
@@ -320,7 +320,7 @@ Result<DecoderAnswer> PhotoDecoder::Ask(const DecoderRequest& request, const Byt
     return status;
   std::memcpy(input_.data(), photo.data(), photo.size());
   if (Status status = Give(request); !status.ok()) return status;
-  Result<DecoderAnswer> answer = child_->Receive(options_.max_still_s);
+  Result<DecoderAnswer> answer = child_->Receive(options_.bounds.max_still_s);
   if (!answer.ok()) {
     LogWarn("{}; a new one starts for the next photo", answer.error());
     child_.reset();
@@ -338,7 +338,8 @@ Status PhotoDecoder::Give(const DecoderRequest& request) {
   const uint64_t num_pixels = NumPixels(request.header);
   const uint64_t memory = input_.capacity() + output_.capacity() + 2 * request.photo_bytes +
                           kBytesPerPixel * num_pixels + kSpareBytes;
-  const int cpu_s = options_.max_cpu_s * static_cast<int>(1 + num_pixels / kPixelsPerCpuLimit);
+  const int cpu_s =
+      options_.bounds.max_cpu_s * static_cast<int>(1 + num_pixels / kPixelsPerCpuLimit);
   Status status;
   for (int i = 0; i < 2; ++i) {
     if (child_ == nullptr) status = StartChild();

@@ -21,10 +21,15 @@ struct DecodedPhoto {
   int reduction = 1;  // the image's sides are 1 / reduction of the header's, rounded up
 };
 
-struct DecoderOptions {
-  std::string program;   // "": skein-decoder beside this program
-  int max_cpu_s = 20;    // of one photo; and as much again for each 20 megapixels
+// Bounds of one photo; only tests have narrower ones.
+struct DecoderBounds {
+  int max_cpu_s = 20;    // and as much again for each 20 megapixels
   int max_still_s = 30;  // without an answer and without use of the processor
+};
+
+struct DecoderOptions {
+  std::string program;  // "": skein-decoder beside this program
+  DecoderBounds bounds;
 };
 
 // Decodes photos in a child process, which can do no more than that: it has no files, no network,

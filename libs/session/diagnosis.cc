@@ -20,7 +20,7 @@ constexpr float kBlurred = 0.45F;
 // Of a photo that shows a thing in front of nothing; the same sets have 0.6 and more.
 constexpr float kBareCoverage = 0.35F;
 constexpr int kBareKeypoints = 300;
-// limits::kMinPoseInliers and the default of SeedOptions: a photo is registered from the first
+// limits::kMinPoseInliers and kMinSeedInliers of SeedPolicy: a photo is registered from the first
 // number of inliers on, a map begins with the second.
 constexpr int kNeededInliers = 30, kSeedInliers = 100;
 // COLMAP triangulates no point below 1.5 degrees: a step of a fortieth of the distance.

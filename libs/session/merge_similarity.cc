@@ -25,11 +25,11 @@ std::optional<Similarity> SimilarityOf(const merge_t& merge) {
 void SetSim3Options(const Sim3Options& options, merge_t* merge) {
   sim3_options_t& message = merge->sim3_options;
   message.min_inlier_ratio = options.min_inlier_ratio;
-  message.max_reprojection_error_px = options.max_reprojection_error_px;
-  message.num_trials = options.num_trials;
+  message.max_reprojection_error_px = kMaxSim3ErrorPx;
+  message.num_trials = kNumSim3Trials;
   message.min_inlier_images = options.min_inlier_images;
   message.min_common_points = options.min_common_points;
-  message.max_scored_points = options.max_scored_points;
+  message.max_scored_points = kMaxScoredPoints;
   message.seed = static_cast<int64_t>(options.seed);
 }
 
@@ -37,11 +37,8 @@ Sim3Options Sim3OptionsOf(const merge_t& merge) {
   const sim3_options_t& message = merge.sim3_options;
   Sim3Options options;
   options.min_inlier_ratio = message.min_inlier_ratio;
-  options.max_reprojection_error_px = message.max_reprojection_error_px;
-  options.num_trials = message.num_trials;
   options.min_inlier_images = message.min_inlier_images;
   options.min_common_points = message.min_common_points;
-  options.max_scored_points = message.max_scored_points;
   options.seed = static_cast<uint64_t>(message.seed);
   return options;
 }

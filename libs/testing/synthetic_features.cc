@@ -14,8 +14,8 @@ constexpr int kNumPoints = 400;
 
 SyntheticOptions CameraOptions() {
   SyntheticOptions options;
-  options.width_px = options.height_px = SyntheticFeatures::kSizePx;
-  options.focal_px = SyntheticFeatures::kFocalPx;
+  options.camera.width_px = options.camera.height_px = SyntheticFeatures::kSizePx;
+  options.camera.focal_px = SyntheticFeatures::kFocalPx;
   options.noise_px = 0;
   return options;
 }

@@ -82,11 +82,11 @@ bool Observe(const SyntheticOptions& options, const Eigen::Vector3d& in_cam, std
   if (in_cam.z() <= 0.1) return false;
   std::normal_distribution<double> noise(0.0, options.noise_px);
   const double u = in_cam.x() / in_cam.z(), v = in_cam.y() / in_cam.z();
-  const double fd = options.focal_px * (1 + options.distortion * (u * u + v * v));
-  keypoint->x = static_cast<float>(fd * u + options.width_px / 2.0 + noise(*random));
-  keypoint->y = static_cast<float>(fd * v + options.height_px / 2.0 + noise(*random));
-  return keypoint->x > 0 && keypoint->y > 0 && keypoint->x < options.width_px &&
-         keypoint->y < options.height_px;
+  const double fd = options.camera.focal_px * (1 + options.camera.distortion * (u * u + v * v));
+  keypoint->x = static_cast<float>(fd * u + options.camera.width_px / 2.0 + noise(*random));
+  keypoint->y = static_cast<float>(fd * v + options.camera.height_px / 2.0 + noise(*random));
+  return keypoint->x > 0 && keypoint->y > 0 && keypoint->x < options.camera.width_px &&
+         keypoint->y < options.camera.height_px;
 }
 
 bool Stands(const SyntheticScene& scene, size_t point, size_t photo) {
@@ -100,12 +100,12 @@ void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, Synt
   const bool second = options.second_camera_from > 0 && i + 1 >= options.second_camera_from;
   photo.camera_id = second ? 2 : 1;
   photo.name = "test/" + std::to_string(i) + ".jpg";
-  photo.width_px = options.width_px;
-  photo.height_px = options.height_px;
-  photo.focal_px = options.focal_px * options.prior_factor;
+  photo.width_px = options.camera.width_px;
+  photo.height_px = options.camera.height_px;
+  photo.focal_px = options.camera.focal_px * options.prior_factor;
   photo.focal_from_exif = options.focal_from_exif;
   SyntheticOptions lens = options;
-  for (const int zoomed : options.zoomed_photos) lens.focal_px *= zoomed == i ? kZoom : 1.0;
+  for (const int zoomed : options.zoomed_photos) lens.camera.focal_px *= zoomed == i ? kZoom : 1.0;
   std::vector<int> visible;
   for (size_t p = 0; p < scene->points.size(); ++p) {
     Keypoint keypoint;
@@ -119,8 +119,8 @@ void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, Synt
   }
   for (int k = 0; k < options.num_clutter; ++k) {
     Keypoint keypoint;
-    keypoint.x = static_cast<float>(Uniform(0, options.width_px, random));
-    keypoint.y = static_cast<float>(Uniform(0, options.height_px, random));
+    keypoint.x = static_cast<float>(Uniform(0, options.camera.width_px, random));
+    keypoint.y = static_cast<float>(Uniform(0, options.camera.height_px, random));
     photo.keypoints.push_back(keypoint);
     visible.push_back(-1);
   }
@@ -215,8 +215,8 @@ Bundle BundleAtTruth(const SyntheticOptions& options, const SyntheticScene& scen
   BundleCamera camera;
   camera.camera_id = 1;
   camera.model_id = kSimpleRadial;
-  camera.params = {options.focal_px, options.width_px / 2.0, options.height_px / 2.0,
-                   options.distortion};
+  camera.params = {options.camera.focal_px, options.camera.width_px / 2.0,
+                   options.camera.height_px / 2.0, options.camera.distortion};
   bundle.cameras.push_back(camera);
   std::vector<std::vector<BundleObservation>> of_point(scene.points.size());
   for (size_t i = 0; i < scene.photos.size(); ++i) {

@@ -15,6 +15,13 @@ namespace skein {
 constexpr double kTwinShift = 2.2;    // along x
 constexpr double kWallLength = 20.0;  // of the photos' path along a wall
 
+struct SyntheticCamera {
+  int width_px = 1200;
+  int height_px = 900;
+  double focal_px = 1000;
+  double distortion = 0;  // SIMPLE_RADIAL's k
+};
+
 struct SyntheticOptions {
   // kTwins: the second half of the points is the first, shifted: a structure that repeats.
   // kWall: with relief, photographed while walking along it (`path` is not asked).
@@ -34,10 +41,7 @@ struct SyntheticOptions {
   double turned_distance = 0;
   std::vector<int> zoomed_photos;  // taken with 1.3 times the focal length, as the same camera
   int second_camera_from = 0;      // photos with this id and later have camera 2; 0: none has
-  int width_px = 1200;
-  int height_px = 900;
-  double focal_px = 1000;
-  double distortion = 0;    // SIMPLE_RADIAL's k
+  SyntheticCamera camera;
   double prior_factor = 1;  // of the focal prior
   bool focal_from_exif = true;
   double noise_px = 0.3;

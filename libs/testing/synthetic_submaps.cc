@@ -20,10 +20,10 @@ SyntheticOptions WallOptions(SyntheticOptions::Shape shape) {
   options.shape = shape;
   options.num_photos = 24;
   options.num_points = 3000;
-  options.width_px = 1600;
-  options.height_px = 1200;
-  options.focal_px = 1300;
-  options.distortion = -0.03;
+  options.camera.width_px = 1600;
+  options.camera.height_px = 1200;
+  options.camera.focal_px = 1300;
+  options.camera.distortion = -0.03;
   options.noise_px = 0.5;
   options.detection_rate = 0.7;
   options.num_clutter = 300;
@@ -82,9 +82,9 @@ Reconstruction SyntheticWorld::Submap(int first, int last, const Similarity& sub
     if (model.ExistsCamera(camera_id)) continue;
     Camera camera;
     camera.SetCameraId(camera_id);
-    camera.InitializeWithName("SIMPLE_RADIAL", TrueFocalPx() * focal_factor, options_.width_px,
-                              options_.height_px);
-    camera.Params(3) = options_.distortion;
+    camera.InitializeWithName("SIMPLE_RADIAL", TrueFocalPx() * focal_factor,
+                              options_.camera.width_px, options_.camera.height_px);
+    camera.Params(3) = options_.camera.distortion;
     model.AddCamera(camera);
   }
   AddImages(first, last, submap_from_world, &model);

@@ -17,7 +17,7 @@ class SyntheticWorld {
   // `options`: WallOptions, altered; but the seed.
   SyntheticWorld(SyntheticOptions options, unsigned seed);
 
-  double TrueFocalPx() const { return options_.focal_px; }
+  double TrueFocalPx() const { return options_.camera.focal_px; }
   CameraPose Pose(int image_id) const;
 
   // Photos first..last in a frame of their own (submap_from_world), made with a focal length that

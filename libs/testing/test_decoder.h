@@ -17,8 +17,7 @@ class FaultyDecoder {
     std::filesystem::create_symlink(std::filesystem::path(SKEIN_BINARY_DIR) / "bin/faulty_decoder",
                                     folder_ / how);
     options.program = (folder_ / how).string();
-    options.max_cpu_s = 1;
-    options.max_still_s = 2;
+    options.bounds = {1, 2};
   }
   DecoderOptions options;
 

@@ -41,7 +41,7 @@ class IngestServiceTest : public testing::Test {
   static constexpr double kDeadlineS = 20;
 
   IngestServiceTest() {
-    options_.intake.vanished_after_s = 0.3;
+    options_.intake.bounds.vanished_after_s = 0.3;
     Restart();
     peer_ = std::make_unique<Node>(RemoteNode("peer", ingest_->session_id()), loop_, bus_);
     bus_.Subscribe<image_ack_t>(kImageAckChannel,

@@ -64,9 +64,9 @@ Bytes EncodeCodebook(const Codebook& codebook) {
   writer.PutRaw(kMagic, sizeof(kMagic));
   writer.Put(kVersion);
   writer.PutString(codebook.id);
-  writer.Put(codebook.vlad.max_features);
-  writer.Put(codebook.vlad.scale_exponent);
-  writer.Put(codebook.vlad.power);
+  writer.Put(kVladFeatures);
+  writer.Put(kVladScaleExponent);
+  writer.Put(kVladPower);
   PutMatrix(codebook.mean, &writer);
   PutMatrix(codebook.projection, &writer);
   PutMatrix(codebook.centres, &writer);
@@ -93,9 +93,14 @@ Result<Codebook> DecodeCodebook(const Bytes& bytes) {
   const std::string checksum(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
   if (HashBytes(bytes.data(), size) != checksum) return DataLoss("codebook is damaged");
   Codebook codebook;
-  if (!reader.GetString(&codebook.id) || !reader.Get(&codebook.vlad.max_features) ||
-      !reader.Get(&codebook.vlad.scale_exponent) || !reader.Get(&codebook.vlad.power) ||
-      !GetVector(&reader, &codebook.mean) || !GetMatrix(&reader, &codebook.projection) ||
+  uint32_t num_features = 0;
+  float scale_exponent = 0, power = 0;
+  if (!reader.GetString(&codebook.id) || !reader.Get(&num_features) ||
+      !reader.Get(&scale_exponent) || !reader.Get(&power) || num_features != kVladFeatures ||
+      scale_exponent != kVladScaleExponent || power != kVladPower) {
+    return DataLoss("codebook for descriptors that are aggregated in another way");
+  }
+  if (!GetVector(&reader, &codebook.mean) || !GetMatrix(&reader, &codebook.projection) ||
       !GetMatrix(&reader, &codebook.centres) || !GetMatrix(&reader, &codebook.cell_axes) ||
       !GetVector(&reader, &codebook.photo_mean) || reader.remaining() != 0 ||
       !FitTogether(codebook)) {

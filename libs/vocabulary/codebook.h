@@ -9,23 +9,20 @@
 
 namespace skein {
 
-// How the descriptors of a photo are aggregated. The learned values hold for one choice of options
-// only, so the options are saved with them.
-struct VladOptions {
-  uint32_t max_features = 4000;  // features of largest scale are used
-  float scale_exponent = 1;      // weight of a descriptor = scale^exponent
-  float power = 0.4f;            // x -> sign(x) |x|^power
-};
+// How the descriptors of a photo are aggregated. The learned values hold for these alone, so the
+// file says them, too.
+constexpr uint32_t kVladFeatures = 4000;  // features of largest scale are used
+constexpr float kVladScaleExponent = 1;   // weight of a descriptor = scale^exponent
+constexpr float kVladPower = 0.4f;        // x -> sign(x) |x|^power
 
 // VLAD's learned values. Matrices are row major; in the file little-endian float32.
 //
-// File: 'SKCB', uint32 version, text `id`, the three options in order. Then each matrix as uint32
-// rows, uint32 columns, values. Last the SHA-256 of everything before it, as 64 hex digits.
+// File: 'SKCB', uint32 version, text `id`, the three constants above in order. Then each matrix as
+// uint32 rows, uint32 columns, values. Last the SHA-256 of everything before it, as 64 hex digits.
 struct Codebook {
   using Matrix = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-  std::string id;  // names training set and version; descriptors of two ids never mix
-  VladOptions vlad;
+  std::string id;        // names training set and version; descriptors of two ids never mix
   Eigen::VectorXf mean;  // 128; of RootSIFT of unit length
   Matrix projection;     // L x 128: principal axes of RootSIFT
   Matrix centres;        // K x L: cells of the projected descriptors
@@ -40,7 +37,8 @@ struct Codebook {
 };
 
 Bytes EncodeCodebook(const Codebook& codebook);
-// Error: no codebook, another version, damaged, or matrices that do not fit together.
+// Error: no codebook, another version, other constants, damaged, or matrices that do not fit
+// together.
 Result<Codebook> DecodeCodebook(const Bytes& bytes);
 Result<Codebook> LoadCodebook(const std::string& path);
 

@@ -113,7 +113,7 @@ void HttpConnection::ReadRequest() {
   parser_.emplace();
   parser_->body_limit(UINT64_MAX);  // bodies have limits of their own; Boost 1.74 takes none for 0
   parser_->header_limit(kMaxHeaderBytes);
-  stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
+  stream_.lowest().expires_after(Milliseconds(host_.options().bounds.idle_s));
   http::async_read_header(stream_, buffer_, *parser_,
                           [self = shared_from_this()](ErrorCode error, size_t) {
                             error ? self->OnBadRequest(error) : self->OnRequest();
@@ -148,7 +148,7 @@ void HttpConnection::OnRequest() {
   asked.host = Header(request, http::field::host);
   asked.origin = Header(request, http::field::origin);
   asked.local_address = stream_.lowest().socket().local_endpoint(error).address().to_string();
-  asked.public_host = door_.is_public ? host_.options().public_host : "";
+  asked.public_host = door_.is_public ? host_.options().access->host : "";
   asked.is_websocket = is_websocket;
   asked.is_encrypted = stream_.is_encrypted();
   asked.visitor = parsed->visitor;
@@ -451,7 +451,7 @@ void HttpConnection::Write(std::shared_ptr<Outgoing> outgoing) {
 // Part by part: who takes nothing for as long as a connection may be idle is closed.
 template <class Outgoing>
 void HttpConnection::WriteSome(std::shared_ptr<Outgoing> outgoing) {
-  stream_.lowest().expires_after(Milliseconds(host_.options().idle_s));
+  stream_.lowest().expires_after(Milliseconds(host_.options().bounds.idle_s));
   http::async_write_some(stream_, *outgoing->serializer,
                          [self = shared_from_this(), outgoing](ErrorCode error, size_t) mutable {
                            if constexpr (std::is_same_v<Outgoing, OutgoingFile>) {

@@ -43,8 +43,8 @@ void PageSocket::Start(UpgradeRequest request, std::map<std::string, SharedText>
   stream_.next_layer().lowest().socket().set_option(
       asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
   websocket::stream_base::timeout timeout{};
-  timeout.handshake_timeout = Milliseconds(options.stalled_s);
-  timeout.idle_timeout = Milliseconds(options.idle_s);
+  timeout.handshake_timeout = Milliseconds(options.bounds.stalled_s);
+  timeout.idle_timeout = Milliseconds(options.bounds.idle_s);
   timeout.keep_alive_pings = true;
   stream_.set_option(timeout);
   stream_.read_message_max(kMaxFrameBytes);
@@ -145,7 +145,7 @@ void PageSocket::Refuse(const std::string& reason) {
 }
 
 void PageSocket::WatchWrite() {
-  stalled_.expires_after(Milliseconds(host_.options().stalled_s));
+  stalled_.expires_after(Milliseconds(host_.options().bounds.stalled_s));
   stalled_.async_wait([weak = weak_from_this()](ErrorCode error) {
     const auto self = weak.lock();
     if (!error && self && self->writing_ != nullptr) self->Close();

@@ -54,7 +54,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
  public:
   Impl(const WebServerOptions& options, const EventLog& log, HttpHandler handler, Uploads uploads)
       : options_(options), log_(log), handler_(std::move(handler)), uploads_(std::move(uploads)) {
-    if (options_.trust) guests_.emplace(*options_.trust, options_.is_revoked);
+    if (options_.access) guests_.emplace(options_.access->trust, options_.access->is_revoked);
     jobs_ = std::make_unique<JobPool>(kNumFileThreads, options_.max_connections);
   }
 
@@ -180,7 +180,8 @@ Status WebServer::Impl::Listen() {
   if (const Status opened = Open(options_.address, options_.port, "--port"); !opened.ok()) {
     return opened;
   }
-  for (const PublicDoor& door : options_.doors) {
+  if (!options_.access) return Status::Ok();
+  for (const PublicDoor& door : options_.access->doors) {
     const char* option = door.certificate ? "--public-port" : "--plain-port";
     if (const Status opened = Open(door.address, door.port, option); !opened.ok()) return opened;
     Listener& listener = *listeners_.back();
@@ -278,7 +279,8 @@ bool WebServer::Impl::FindPlace(const Place& place) {
   const auto is_neighbour = [&](const Place& other) {
     return other.is_public && other.address == place.address;
   };
-  const bool is_full = place.is_public && CountPlaces(is_neighbour) >= options_.max_of_address;
+  const bool is_full =
+      place.is_public && CountPlaces(is_neighbour) >= options_.bounds.max_of_address;
   if (is_full && !CloseIdle(is_neighbour)) return false;
   const int limit = options_.max_connections;
   const bool has_room = static_cast<int>(places_.size()) < limit;
@@ -301,7 +303,7 @@ Status WebServer::Impl::NoteVisitor(int64_t connection_id, const Visitor& visito
   const auto has_pass = [&](const Place& place) {
     return place.is_public && place.visitor.name == visitor.name;
   };
-  if (!visitor.name.empty() && CountPlaces(has_pass) > options_.max_of_pass &&
+  if (!visitor.name.empty() && CountPlaces(has_pass) > options_.bounds.max_of_pass &&
       !CloseIdle(has_pass)) {
     return Unavailable("too many connections by this invitation: close other tabs of this view");
   }
@@ -318,7 +320,7 @@ bool WebServer::Impl::CloseIdle(const Chooses& chooses) {
     if (since_s && (!idlest || *since_s < *idlest->waiting_since_s())) idlest = connection;
     if (due_s && (!slowest || *due_s < *slowest->due_since_s())) slowest = connection;
   }
-  const bool is_late = slowest && MonotonicS() - *slowest->due_since_s() > options_.idle_s;
+  const bool is_late = slowest && MonotonicS() - *slowest->due_since_s() > options_.bounds.idle_s;
   if (idlest == nullptr && !is_late) return false;
   (idlest != nullptr ? idlest : slowest)->Close();
   return true;
@@ -430,7 +432,7 @@ void WebServer::Impl::NoteEvents() {
 void WebServer::Impl::OnNote() {
   noted_ = false;
   if (gathering_) return;
-  const double wait_s = flushed_s_ + options_.gather_s - MonotonicS();
+  const double wait_s = flushed_s_ + options_.bounds.gather_s - MonotonicS();
   if (wait_s <= 0) return Flush();
   gathering_ = true;
   gather_.expires_after(std::chrono::microseconds(static_cast<int64_t>(wait_s * 1e6)));

@@ -24,21 +24,30 @@ struct PublicDoor {
   std::optional<WebCertificate> certificate;  // none: in the clear
 };
 
-struct WebServerOptions {
-  std::string address = "127.0.0.1";
-  int port = 8470;  // 0: a free one
-  std::string session_id;
+// The server as visitors from elsewhere have it.
+struct PublicAccess {
+  std::string host;  // by which they know the server
   std::vector<PublicDoor> doors;
-  std::string public_host;            // by which visitors know the server
-  std::optional<SessionTrust> trust;  // of the passes; set where there are doors
-  IsRevoked is_revoked;               // none: no pass is
+  SessionTrust trust;    // of the passes
+  IsRevoked is_revoked;  // none: no pass is
+};
 
-  int max_connections = 64;  // of HTTP and WebSockets together
-  int max_of_pass = 64;      // of these by one pass
+// Bounds of a server's visitors; only tests have narrower ones.
+struct WebBounds {
+  int max_of_pass = 64;      // connections by one pass
   int max_of_address = 128;  // by the doors, of one address; of IPv6 one network of 64 bits
   double idle_s = 60;        // of a connection: without a request, or without taking a byte
   double stalled_s = 30;     // a page that takes nothing for so long is closed
   double gather_s = 0.05;    // events are sent at most so often
+};
+
+struct WebServerOptions {
+  std::string address = "127.0.0.1";
+  int port = 8470;  // 0: a free one
+  std::string session_id;
+  std::optional<PublicAccess> access;  // none: there are no visitors
+  int max_connections = 64;            // of HTTP and WebSockets together
+  WebBounds bounds;
 
   Status Check() const;
 };
@@ -79,7 +88,7 @@ class WebServer {
   WebServer& operator=(const WebServer&) = delete;
 
   int port() const;
-  // Ports of options.doors, in their order.
+  // Ports of options.access->doors, in their order.
   std::vector<int> door_ports() const;
 
   // Any thread.

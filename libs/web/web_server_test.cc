@@ -194,7 +194,7 @@ TEST_F(WebServerTest, GivesNothingButRegularFilesBelowTheirFolder) {
 
 TEST_F(WebServerTest, WhoseAnswerIsLateMakesRoom) {
   options_.max_connections = 1;
-  options_.idle_s = 0.3;
+  options_.bounds.idle_s = 0.3;
   Start();
   RawClient client(port());
   client.Say("GET /kept HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
@@ -302,7 +302,7 @@ TEST_F(WebServerTest, ConnectionsThatWorkAreNotThrownOut) {
 }
 
 TEST_F(WebServerTest, WhoTakesNoByteIsClosed) {
-  options_.idle_s = 0.3;
+  options_.bounds.idle_s = 0.3;
   Start();
   RawClient client(port());
   client.Say("GET /large HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
@@ -396,10 +396,11 @@ class WebDoorTest : public WebServerTest {
   WebDoorTest() {
     const auto access = OpenSessionKeys(keys_, "0123", Role::kWeb, "web");
     EXPECT_TRUE(access.ok()) << access.error();
-    options_.trust = access->trust;
-    options_.public_host = "127.0.0.1";
-    options_.doors.push_back({"127.0.0.1", 0, std::nullopt});
-    options_.is_revoked = [this](const std::string& name) {
+    PublicAccess& visitors = options_.access.emplace();
+    visitors.host = "127.0.0.1";
+    visitors.doors.push_back({"127.0.0.1", 0, std::nullopt});
+    visitors.trust = access->trust;
+    visitors.is_revoked = [this](const std::string& name) {
       return name == "anna" && is_anna_revoked_;
     };
   }
@@ -503,8 +504,8 @@ TEST_F(WebDoorTest, AViewersSocketsKeepOutNeitherTheOwnPortNorOperatorsNorOthers
 
 TEST_F(WebDoorTest, APassAndAnAddressHaveTheirShare) {
   options_.max_connections = 100;
-  options_.max_of_pass = 3;
-  options_.max_of_address = 6;
+  options_.bounds.max_of_pass = 3;
+  options_.bounds.max_of_address = 6;
   Start();
   const std::string anna = CookieOf(Role::kViewer, "anna"), vera = CookieOf(Role::kViewer, "vera");
   std::vector<std::unique_ptr<Page>> pages;
@@ -521,7 +522,7 @@ TEST_F(WebDoorTest, APassAndAnAddressHaveTheirShare) {
 // A page that reads nothing gets the head in place of the events that do not fit, and holds up
 // nobody.
 TEST_F(WebServerTest, ASlowPageIsToldTheHead) {
-  options_.gather_s = 0;
+  options_.bounds.gather_s = 0;
   Start();
   Page slow(port()), quick(port());
   EXPECT_EQ(quick.Hear()["type"], "hello");
@@ -556,7 +557,7 @@ TEST_F(WebServerTest, ASlowPageIsToldTheHead) {
 }
 
 TEST_F(WebServerTest, APageThatTakesNothingIsClosed) {
-  options_.stalled_s = 0.3;
+  options_.bounds.stalled_s = 0.3;
   Start();
   Page page(port());
   ASSERT_TRUE(WaitFor([this] { return server_->num_viewers() == 1; }));

@@ -8,7 +8,6 @@
 namespace skein {
 
 Status FeaturesOptions::Check() const {
-  const SelectionOptions& selection = sift.selection;
   return FirstError({sift.method == "skein" || sift.method == "opencv"
                          ? Status::Ok()
                          : InvalidArgument("sift is " + sift.method + ": give skein or opencv"),
@@ -17,11 +16,7 @@ Status FeaturesOptions::Check() const {
                          : InvalidArgument("kernel " + InstructionSetName(sift.kernel) +
                                            " needs another processor: give fastest"),
                      InRange("max_size", sift.max_image_px, 64, 16384),
-                     InRange("max_features", selection.max_features, 1, 65536),
-                     InRange("spread", selection.spread, 0.0, 1.0),
-                     InRange("cell_px", selection.cell_px, 1, 16384),
-                     InRange("contrast_threshold", sift.contrast_threshold, 0.0, 1.0),
-                     InRange("edge_threshold", sift.edge_threshold, 1.0, 1000.0), model.Check()});
+                     InRange("max_features", sift.max_features, 1, 65536), model.Check()});
 }
 
 void AddOptions(CLI::App& app, FeaturesOptions* options) {
@@ -31,13 +26,7 @@ void AddOptions(CLI::App& app, FeaturesOptions* options) {
   AddKernelChoice(app, kInstructionSets, InstructionSetName, FastestInstructionSet(), &sift.kernel,
                   "SIFT kernel: the fastest that the processor has, or portable, avx2 or avx512");
   app.add_option("--max-size", sift.max_image_px, "Longest side of the searched photo, pixels");
-  app.add_option("--max-features", sift.selection.max_features, "Most keypoints a photo");
-  app.add_option("--spread", sift.selection.spread,
-                 "Share of the keypoints that is dealt evenly to the photo's cells");
-  app.add_option("--cell-px", sift.selection.cell_px, "Side of such a cell, pixels");
-  app.add_option("--contrast-threshold", sift.contrast_threshold,
-                 "SIFT's, of a keypoint (COLMAP: 0.02)");
-  app.add_option("--edge-threshold", sift.edge_threshold, "SIFT's, of a keypoint (COLMAP: 10)");
+  app.add_option("--max-features", sift.max_features, "Most keypoints a photo");
   app.add_option("--codebook", model.codebook_path, "VLAD codebook; default: the shipped one");
   app.add_option("--global-model", model.onnx_path,
                  "ONNX model to describe photos with, in place of VLAD");

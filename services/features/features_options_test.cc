@@ -13,7 +13,7 @@ TEST(FeaturesOptions, RefuseNonsense) {
   ExpectChecked<FeaturesOptions>({
       {"sift", [](FeaturesOptions* o) { o->sift.method = "surf"; }},
       {"max_size", [](FeaturesOptions* o) { o->sift.max_image_px = 0; }},
-      {"max_features", [](FeaturesOptions* o) { o->sift.selection.max_features = 0; }},
+      {"max_features", [](FeaturesOptions* o) { o->sift.max_features = 0; }},
   });
 }
 

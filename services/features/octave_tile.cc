@@ -23,10 +23,10 @@ int Reflect(int y, int height) {
 
 }  // namespace
 
-OctaveTile::OctaveTile(const ScaleSpaceOptions& options, const OctaveBlurs& blurs,
+OctaveTile::OctaveTile(double contrast_threshold, const OctaveBlurs& blurs,
                        const SiftKernels& kernels, const FloatRows* grey, int octave_index,
                        const cv::Rect& area, Octave* octave, FloatRows* next_base)
-    : options_(options),
+    : contrast_threshold_(contrast_threshold),
       blurs_(blurs),
       kernels_(kernels),
       grey_(grey),
@@ -143,7 +143,7 @@ void OctaveTile::KeepRow(int level, int y) {
 }
 
 void OctaveTile::SearchRow(int y, std::vector<Extremum>* found) {
-  const double min_contrast = 255 * options_.contrast_threshold / kOctaveLayers;
+  const double min_contrast = 255 * contrast_threshold_ / kOctaveLayers;
   const auto row = [&](int d, int at) { return differences_[d].row(at % difference_capacity_[d]); };
   ExtremaRow task{};
   for (int d = 0; d < kDogLevels; ++d) {
@@ -162,7 +162,7 @@ void OctaveTile::SearchRow(int y, std::vector<Extremum>* found) {
     for (int k = 0; k < 2 * kMargin + 1; ++k) rows.rows[d][k] = row(d, y - kMargin + k);
   }
   for (int i = 0; i < count; ++i) {
-    const auto refined = Refine(rows, found_[i], min_contrast, options_.edge_threshold);
+    const auto refined = Refine(rows, found_[i], min_contrast, kEdgeThreshold);
     if (!refined) continue;
     Extremum extremum;
     extremum.octave = octave_index_;

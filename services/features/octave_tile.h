@@ -13,7 +13,7 @@ namespace skein {
 class OctaveTile {
  public:
   // `grey`: the photo, for octave 0; else null, and the octave has its base.
-  OctaveTile(const ScaleSpaceOptions& options, const OctaveBlurs& blurs, const SiftKernels& kernels,
+  OctaveTile(double contrast_threshold, const OctaveBlurs& blurs, const SiftKernels& kernels,
              const FloatRows* grey, int octave_index, const cv::Rect& area, Octave* octave,
              FloatRows* next_base);
 
@@ -37,7 +37,7 @@ class OctaveTile {
   void KeepRow(int level, int y);
   void SearchRow(int y, std::vector<Extremum>* found);
 
-  const ScaleSpaceOptions& options_;
+  const double contrast_threshold_;
   const OctaveBlurs& blurs_;
   const SiftKernels& kernels_;
   const FloatRows* grey_;

@@ -3,6 +3,7 @@
 #include <opencv2/features2d.hpp>
 #include <vector>
 
+#include "features/keypoint_selection.h"
 #include "features/sift_kernels.h"
 
 namespace skein {
@@ -13,12 +14,11 @@ namespace {
 // centres at 0.5 instead of OpenCV's 0 that leaves +0.25.
 constexpr float kPixelCentreMinusUpscaleOffset = 0.5f - 0.25f;
 
-std::vector<cv::KeyPoint> Detect(cv::SIFT& sift, const cv::Mat& grey,
-                                 const SelectionOptions& options) {
+std::vector<cv::KeyPoint> Detect(cv::SIFT& sift, const cv::Mat& grey, int max_features) {
   std::vector<cv::KeyPoint> all;
   sift.detect(grey, all);
   std::vector<cv::KeyPoint> kept;
-  for (const int i : SelectKeypoints(all, grey.size(), options)) kept.push_back(all[i]);
+  for (const int i : SelectKeypoints(all, grey.size(), max_features)) kept.push_back(all[i]);
   return kept;
 }
 
@@ -34,9 +34,9 @@ Keypoint ToKeypoint(const cv::KeyPoint& found) {
 }  // namespace
 
 LocalFeatures OpenCvSift(const cv::Mat& grey, const SiftOptions& options) {
-  const auto sift = cv::SIFT::create(0, kOctaveLayers, options.contrast_threshold,
-                                     options.edge_threshold, kOctaveSigma);
-  std::vector<cv::KeyPoint> found = Detect(*sift, grey, options.selection);
+  const auto sift =
+      cv::SIFT::create(0, kOctaveLayers, kContrastThreshold, kEdgeThreshold, kOctaveSigma);
+  std::vector<cv::KeyPoint> found = Detect(*sift, grey, options.max_features);
   if (found.empty()) return {};
   cv::Mat descriptors;
   sift->compute(grey, found, descriptors);

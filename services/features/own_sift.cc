@@ -5,6 +5,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "features/keypoint_selection.h"
 #include "features/parallel_for.h"
 #include "features/usual_contrast.h"
 
@@ -77,9 +78,7 @@ std::vector<int> ByPlace(const std::vector<T>& all, const Get& get) {
 }  // namespace
 
 OwnSift::OwnSift(const SiftOptions& options)
-    : options_(options),
-      kernels_(KernelsOf(options.kernel)),
-      scale_space_({options.contrast_threshold, options.edge_threshold}, kernels_) {}
+    : options_(options), kernels_(KernelsOf(options.kernel)), scale_space_(kernels_) {}
 
 template <typename T, typename Get>
 std::vector<T> OwnSift::Strongest(const std::vector<T>& all, cv::Size size, const Get& get) const {
@@ -92,7 +91,8 @@ std::vector<T> OwnSift::Strongest(const std::vector<T>& all, cv::Size size, cons
                            extremum.contrast);
   }
   std::vector<T> kept;
-  for (const int i : SelectKeypoints(keypoints, size, options_.selection)) kept.push_back(all[i]);
+  for (const int i : SelectKeypoints(keypoints, size, options_.max_features))
+    kept.push_back(all[i]);
   return kept;
 }
 
@@ -118,12 +118,11 @@ std::vector<OwnSift::Oriented> OwnSift::Orient(const std::vector<Extremum>& extr
 // for others. It is searched once more, as deep as 8 bits allow. A photo of nothing has few as
 // well, and deeper there is only noise: of that one no more is taken than what stands out of it.
 std::vector<Extremum> OwnSift::FindExtrema(const cv::Mat& grey, int threads) {
-  std::vector<Extremum> extrema = scale_space_.Build(grey, options_.contrast_threshold, threads);
-  const size_t enough =
-      std::min(kEnoughExtrema, static_cast<size_t>(options_.selection.max_features));
-  if (extrema.size() >= enough || options_.contrast_threshold <= kLeastContrast) return extrema;
-  const double salient = std::min(options_.contrast_threshold,
-                                  kSalientDeviations * std::max(kRounding, UsualContrast(grey)));
+  std::vector<Extremum> extrema = scale_space_.Build(grey, kContrastThreshold, threads);
+  const size_t enough = std::min(kEnoughExtrema, static_cast<size_t>(options_.max_features));
+  if (extrema.size() >= enough) return extrema;
+  const double salient =
+      std::min(kContrastThreshold, kSalientDeviations * std::max(kRounding, UsualContrast(grey)));
   const auto is_salient = [salient](const Extremum& extremum) {
     return kOctaveLayers * extremum.contrast >= salient;
   };

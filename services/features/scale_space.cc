@@ -42,12 +42,11 @@ void FloatRows::Resize(int width, int rows) {
   if (data_.total() < size) data_ = cv::Mat::zeros(1, static_cast<int>(size), CV_32F);
 }
 
-ScaleSpace::ScaleSpace(const ScaleSpaceOptions& options, const SiftKernels& kernels)
-    : options_(options), blurs_(kOctaveSigma), kernels_(kernels) {}
+ScaleSpace::ScaleSpace(const SiftKernels& kernels) : blurs_(kOctaveSigma), kernels_(kernels) {}
 
 std::vector<Extremum> ScaleSpace::Build(const cv::Mat& grey, double contrast_threshold,
                                         int threads) {
-  options_.contrast_threshold = contrast_threshold;
+  contrast_threshold_ = contrast_threshold;
   grey_.Resize(grey.cols, grey.rows);
   for (int y = 0; y < grey.rows; ++y) {
     const uint8_t* from = grey.ptr<uint8_t>(y);
@@ -81,7 +80,8 @@ void ScaleSpace::BuildOctave(int index, bool is_last, int threads, std::vector<E
   std::vector<std::vector<Extremum>> of_tile(tiles.size());
   const auto run = [&](const cv::Range& range) {
     for (int i = range.start; i < range.end; ++i) {
-      OctaveTile tile(options_, blurs_, kernels_, grey, index, tiles[i], &octave, next_base);
+      OctaveTile tile(contrast_threshold_, blurs_, kernels_, grey, index, tiles[i], &octave,
+                      next_base);
       of_tile[i] = tile.Run();
     }
   };

@@ -14,11 +14,6 @@
 
 namespace skein {
 
-struct ScaleSpaceOptions {
-  double contrast_threshold = 0.02;  // of the three differences of an octave together, 0..1
-  double edge_threshold = 10;        // ratio of principal curvatures
-};
-
 // An extremum of the differences of Gaussians, refined below a pixel.
 struct Extremum {
   int octave = 0;      // 0: the doubled photo
@@ -50,10 +45,11 @@ struct Octave {
 // Keeps its memory from photo to photo. One thread's.
 class ScaleSpace {
  public:
-  ScaleSpace(const ScaleSpaceOptions& options, const SiftKernels& kernels);
+  explicit ScaleSpace(const SiftKernels& kernels);
 
   // Extrema of an 8-bit grey photo, in no particular order; no two are equal. Runs on up to
-  // `threads` of OpenCV's threads; the result is independent of their number.
+  // `threads` of OpenCV's threads; the result is independent of their number. `contrast_threshold`:
+  // as kContrastThreshold.
   std::vector<Extremum> Build(const cv::Mat& grey, double contrast_threshold, int threads);
 
   // The surroundings of `extremum` in the last photo, for orientations and descriptors.
@@ -62,7 +58,7 @@ class ScaleSpace {
  private:
   void BuildOctave(int index, bool is_last, int threads, std::vector<Extremum>* found);
 
-  ScaleSpaceOptions options_;  // of the last Build
+  double contrast_threshold_ = kContrastThreshold;  // of the last Build
   const OctaveBlurs blurs_;
   const SiftKernels& kernels_;
   FloatRows grey_;

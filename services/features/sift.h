@@ -4,19 +4,16 @@
 #include <opencv2/core.hpp>
 #include <string>
 
-#include "features/keypoint_selection.h"
 #include "features/sift_kernels.h"
 #include "formats/formats.h"
 
 namespace skein {
 
 struct SiftOptions {
-  std::string method = "skein";      // or "opencv"
-  int max_image_px = 1600;           // longest side searched; larger photos are shrunk by area
-  double contrast_threshold = 0.02;  // as COLMAP's peak threshold 0.02 / kOctaveLayers
-  double edge_threshold = 10;
+  std::string method = "skein";  // or "opencv"
+  int max_image_px = 1600;       // longest side searched; larger photos are shrunk by area
+  int max_features = 8192;
   InstructionSet kernel = FastestInstructionSet();  // of Skein's
-  SelectionOptions selection;
 };
 
 struct LocalFeatures {

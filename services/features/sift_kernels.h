@@ -14,8 +14,11 @@ namespace skein {
 constexpr int kOctaveLayers = 3;                    // Lowe 2004, section 3.2
 constexpr int kGaussianLevels = kOctaveLayers + 3;  // of an octave
 constexpr int kDogLevels = kOctaveLayers + 2;
-constexpr double kOctaveSigma = 1.6;  // pixels, of an octave's first level (Lowe 2004, 3.3)
-constexpr int kBlockRows = 4;         // rows that are blurred at a time
+constexpr double kOctaveSigma = 1.6;         // pixels, of an octave's first level (Lowe 2004, 3.3)
+constexpr double kContrastThreshold = 0.02;  // of an octave's three differences together, 0..1:
+                                             // as COLMAP's peak threshold 0.02 / kOctaveLayers
+constexpr double kEdgeThreshold = 10;        // ratio of principal curvatures; COLMAP's
+constexpr int kBlockRows = 4;                // rows that are blurred at a time
 constexpr int kRowPadding = 64;
 constexpr int kMaxBlurRadius = 16;
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/statistics.h"
+#include "features/keypoint_selection.h"
 #include "features/usual_contrast.h"
 
 namespace skein::sift_test {
@@ -390,7 +391,7 @@ TEST_P(EitherSift, TinyPhotosHaveNoKeypoints) {
 TEST_P(EitherSift, KeepsAtMostTheLimitAndIsDeterministic) {
   const cv::Mat photo = Texture({640, 480});
   SiftOptions options = With(GetParam());
-  options.selection.max_features = 500;
+  options.max_features = 500;
   const auto first = ExtractSift(photo, options);
   const auto second = ExtractSift(photo, options);
   EXPECT_EQ(first.keypoints.size(), 500u);
@@ -435,11 +436,8 @@ TEST(SelectKeypoints, LeavesWeakRegionsTheirShare) {
   std::vector<cv::KeyPoint> keypoints;
   for (int i = 0; i < 1000; ++i) keypoints.emplace_back(i % 32, i / 32, 2, 0, 1.f + i);
   for (int i = 0; i < 10; ++i) keypoints.emplace_back(600.f, 400.f + i, 2, 0, 0.01f);
-  SelectionOptions options;
-  options.max_features = 100;
-  options.spread = 0.2;
-  const auto selected = SelectKeypoints(keypoints, {640, 480}, options);
-  ASSERT_EQ(selected.size(), 100u);
+  const auto selected = SelectKeypoints(keypoints, {640, 480}, 200);
+  ASSERT_EQ(selected.size(), 200u);
   int weak = 0;
   for (const int i : selected) weak += i >= 1000;
   EXPECT_EQ(weak, 10);
@@ -505,7 +503,7 @@ TEST(Sift, FindsNothingInNoise) {
 TEST(Sift, LooksNoDeeperThanFeaturesAreWanted) {
   const cv::Mat hazy = InFog(Things({1000, 750}), 0.1);
   SiftOptions options;
-  options.selection.max_features = 20;
+  options.max_features = 20;
   const size_t few = ExtractSift(hazy, options).keypoints.size();
   EXPECT_EQ(few, 20u);
 }

@@ -65,7 +65,7 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--seed", options.seed, "Random seed")->capture_default_str();
   app.add_option("--max-size", sift.max_image_px, "Longest side, pixels")->capture_default_str();
-  app.add_option("--max-features", sift.selection.max_features, "Keypoints of a photo")
+  app.add_option("--max-features", sift.max_features, "Keypoints of a photo")
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

@@ -28,11 +28,10 @@ std::vector<size_t> LargestFirst(const Keypoints& keypoints, size_t count) {
 Weighted ChooseAndProject(const Codebook& codebook, const LocalFeatures& features) {
   Weighted chosen;
   std::vector<uint8_t> rows;
-  for (const size_t i : LargestFirst(features.keypoints, codebook.vlad.max_features)) {
+  for (const size_t i : LargestFirst(features.keypoints, kVladFeatures)) {
     const uint8_t* row = features.descriptors.row(i);
     rows.insert(rows.end(), row, row + Descriptors::kDim);
-    chosen.weights.push_back(
-        std::pow(features.keypoints[i].scale_px, codebook.vlad.scale_exponent));
+    chosen.weights.push_back(std::pow(features.keypoints[i].scale_px, kVladScaleExponent));
   }
   chosen.points = ProjectDescriptors(codebook, rows.data(), chosen.weights.size());
   return chosen;
@@ -59,7 +58,7 @@ Eigen::VectorXf AggregateVlad(const Codebook& codebook, const LocalFeatures& fea
   for (int k = 0; k < codebook.num_cells(); ++k) {
     auto cell = values.segment(k * cell_dim, cell_dim);
     cell = codebook.cell_axes.middleRows(k * cell_dim, cell_dim) * sums.row(k).transpose();
-    cell = cell.array().sign() * cell.array().abs().pow(codebook.vlad.power);
+    cell = cell.array().sign() * cell.array().abs().pow(kVladPower);
     cell.normalize();  // a zero vector stays zero
   }
   values.normalize();

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "core/descriptor_dim.h"
+#include "core/hash.h"
 #include "features/describe_photo.h"
 #include "features/train_codebook.h"
 
@@ -60,6 +61,15 @@ TEST(Codebook, DamageAndFutureVersionsAreNoticed) {
   EXPECT_NE(DecodeCodebook(future).error().find("version 9"), std::string::npos);
 }
 
+TEST(Codebook, ForAnotherAggregationIsRefused) {
+  Bytes bytes = EncodeCodebook(SmallCodebook());
+  bytes.at(17) ^= 1;  // of kVladFeatures: behind identifier, version and "small"
+  bytes.resize(bytes.size() - 64);
+  const std::string checksum = HashBytes(bytes.data(), bytes.size());
+  bytes.insert(bytes.end(), checksum.begin(), checksum.end());
+  EXPECT_NE(DecodeCodebook(bytes).error().find("another way"), std::string::npos);
+}
+
 TEST(Codebook, TrainingIsDeterministicAndRefusesTooLittle) {
   EXPECT_EQ(EncodeCodebook(SmallCodebook()), EncodeCodebook(SmallCodebook()));
   EXPECT_THROW(TrainCodebook({RandomFeatures(20, 1)}, "x", {}), std::invalid_argument);
@@ -97,14 +107,13 @@ TEST(Vlad, SharedDescriptorsBringPhotosNearer) {
 }
 
 TEST(Vlad, UsesTheLargestFeaturesOnly) {
-  Codebook codebook = SmallCodebook();
-  codebook.vlad.max_features = 100;
-  const VladModel model(codebook);
-  auto features = RandomFeatures(300, 2);
-  for (size_t i = 100; i < 300; ++i) features.keypoints[i].scale_px = 1;
+  const VladModel model(SmallCodebook());
+  constexpr size_t kNumFeatures = kVladFeatures + 200;
+  auto features = RandomFeatures(kNumFeatures, 2);
+  for (size_t i = kVladFeatures; i < kNumFeatures; ++i) features.keypoints[i].scale_px = 1;
   auto first = features;
-  first.keypoints.resize(100);
-  first.descriptors.data.resize(100 * 128);
+  first.keypoints.resize(kVladFeatures);
+  first.descriptors.data.resize(kVladFeatures * 128);
   EXPECT_EQ(model.DescribeFeatures(features), model.DescribeFeatures(first));
 }
 

@@ -83,17 +83,14 @@ Result<NoGoAreas> ReadNoGo(const std::string& path) {
 }
 
 Status GuideOptions::Check() const {
-  return FirstError({InRange("stations", stations.num_stations, 1, 5),
-                     InRange("target_gsd", target_gsd_mm, 0.0, 1e6), CheckAltitude(altitude),
-                     CheckNoGo(no_go), InRange("work_share", work_share, 0.001, 1.0),
-                     InRange<int64_t>("max_points", max_points, 1000, 10'000'000)});
+  return FirstError({InRange("target_gsd", target_gsd_mm, 0.0, 1e6), CheckAltitude(altitude),
+                     CheckNoGo(no_go), InRange("work_share", work_share, 0.001, 1.0)});
 }
 
 void AddOptions(CLI::App& app, GuideOptions* options) {
   app.add_option("--target-gsd", options->target_gsd_mm,
                  "Millimetres of the surface that a pixel may cover, where GPS tells the scale; 0: "
                  "twice that of the median point");
-  app.add_option("--stations", options->stations.num_stations, "Photos that are advised an agent");
   app.add_option("--altitude", options->altitude,
                  "MIN:MAX, metres, as GPS tells them, where agents can be; default: as high as the "
                  "agent's own photos, give or take a third of the distance");
@@ -102,8 +99,6 @@ void AddOptions(CLI::App& app, GuideOptions* options) {
                  "line between two areas");
   app.add_option("--work-share", options->work_share,
                  "Of the host's processor time, that it computes at most");
-  app.add_option("--max-points", options->max_points,
-                 "Of a map's points so many are looked at, by chance");
 }
 
 }  // namespace skein

@@ -6,8 +6,6 @@
 
 #include "core/result.h"
 #include "geometry/georeference.h"
-#include "guidance/guided_map.h"
-#include "guidance/stations.h"
 
 namespace CLI {
 class App;
@@ -16,14 +14,12 @@ class App;
 namespace skein {
 
 struct GuideOptions {
-  StationOptions stations;
   // Ground sampling distance that is wanted, where the scale is known; 0: twice that of the median
   // point.
   double target_gsd_mm = 0;
   std::string altitude;  // "MIN:MAX", metres, as GPS tells them; "": as high as the agents' photos
   std::string no_go;     // file of polygons (ReadNoGo); "": none
-  double work_share = 0.1;                // of the host's processor time, at most
-  int64_t max_points = kMaxGuidedPoints;  // of a map that are looked at
+  double work_share = 0.1;  // of the host's processor time, at most
 
   Status Check() const;
 };

@@ -11,9 +11,6 @@ TEST(GuideOptions, SayWhatIsWrong) {
   options.work_share = 0;
   EXPECT_NE(options.Check().error().find("work_share"), std::string::npos);
   options = {};
-  options.stations.num_stations = 6;
-  EXPECT_NE(options.Check().error().find("stations"), std::string::npos);
-  options = {};
   options.altitude = "80:30";
   EXPECT_NE(options.Check().error().find("MIN:MAX"), std::string::npos);
   options = {};

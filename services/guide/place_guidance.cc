@@ -118,7 +118,7 @@ PlaceGuide::PlaceGuide(const GuideOptions& options, const NoGoAreas& no_go)
 
 Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   const Agents agents = NumberAgents(input.photos);
-  Status taken = shape_map_.Update(*input.shape, agents.of_image, options_.max_points);
+  Status taken = shape_map_.Update(*input.shape, agents.of_image, kMaxGuidedPoints);
   if (!taken.ok()) return taken;
   SetTextures(input, &shape_map_);
   const GuidedMap& map = shape_map_.map();
@@ -140,9 +140,7 @@ Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   const std::vector<StationSeeker> seekers = SeekersOf(input, agents, map, reach.value_or(Reach()));
   std::vector<std::vector<Station>> stations(seekers.size());
   if (reach && place.surface.cell > 0) {
-    StationOptions sampled = options_.stations;
-    sampled.min_common_points *= shape_map_.share();
-    stations = ChooseStations(sampled, place_.map(), place, seekers);
+    stations = ChooseStations(place_.map(), place, seekers, kMinStationPoints * shape_map_.share());
   }
   Wording wording;
   wording.up = reach && !reach->up.isZero() ? reach->up : UpOf(map);

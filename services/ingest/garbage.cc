@@ -10,17 +10,11 @@
 #include "core/folder.h"
 #include "core/hash.h"
 #include "core/log.h"
-#include "core/option_check.h"
 #include "session/needed_blobs.h"
 
 namespace skein {
 
 namespace fs = std::filesystem;
-
-Status GarbageOptions::Check() const {
-  return FirstError({InRange("garbage_period", period_s, 0.01, 86400.0),
-                     InRange("garbage_age", min_age_s, 0.0, 30 * 86400.0)});
-}
 
 std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type before) {
   std::vector<fs::path> files;
@@ -33,11 +27,12 @@ std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type
 }
 
 GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths,
-                                   const GarbageOptions& options)
+                                   double period_s, double min_age_s)
     : writer_(writer),
       paths_(std::move(paths)),
-      options_(options),
-      next_s_(node.loop().now_s() + options.period_s),
+      period_s_(period_s),
+      min_age_s_(min_age_s),
+      next_s_(node.loop().now_s() + period_s),
       worker_(node.loop()) {
   writer.AddObserver([this](const Fact& fact) {
     const auto* model = std::get_if<submap_model_t>(&fact);
@@ -47,9 +42,9 @@ GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPath
 
 void GarbageCollector::Tick(double now_s) {
   if (now_s < next_s_) return;
-  next_s_ = now_s + options_.period_s;
+  next_s_ = now_s + period_s_;
   const auto min_age = std::chrono::duration_cast<fs::file_time_type::duration>(
-      std::chrono::duration<double>(options_.min_age_s));
+      std::chrono::duration<double>(min_age_s_));
   worker_.Run(
       [paths = paths_, min_age] {
         return FilesWrittenBefore(paths.Blobs(), fs::file_time_type::clock::now() - min_age);

@@ -37,7 +37,7 @@ TEST_F(IngestServiceTest, CountsMessagesOfAnotherTypeOnAnyChannelAndGoesOn) {
 class HeldUpIngestTest : public IngestServiceTest {
  protected:
   HeldUpIngestTest() {
-    options_.intake.vanished_after_s = IntakeOptions().vanished_after_s;
+    options_.intake.bounds.vanished_after_s = IntakeBounds().vanished_after_s;
     Restart();
     bus_.Subscribe<work_t>(kWorkChannel, [this](const work_t& work) { granted_ = work.item_id; });
   }

@@ -9,7 +9,7 @@
 int main(int argc, char** argv) {
   skein::NodeOptions node_options;
   node_options.service = "ingest";
-  node_options.role = skein::Role::kIngest;
+  node_options.signer.role = skein::Role::kIngest;
   node_options.cache_bytes = 64 << 20;
   skein::IngestOptions options;
   skein::Program program = skein::IngestProgram(&node_options, &options);

@@ -15,6 +15,7 @@
 namespace skein {
 namespace {
 
+constexpr int kDuplicatesARefusal = 10;  // that the ledger keeps
 constexpr double kLookAtDiskS = 1;
 constexpr char kStage[] = "ingest";
 constexpr char kCameraNote[] = "camera";
@@ -71,8 +72,8 @@ PhotoIntake::PhotoIntake(Node& node, LedgerWriter& writer, SessionPaths paths,
       cameras_(writer.Notes(kCameraNote)),
       renamed_(writer.Notes(kRenamedNote)),
       duplicates_(writer.Notes(kDuplicateNote)),
-      kept_refusals_{options_.max_refusals_agent},
-      kept_duplicates_{options_.max_duplicates_agent},
+      kept_refusals_{options_.bounds.max_refusals_agent},
+      kept_duplicates_{kDuplicatesARefusal * options_.bounds.max_refusals_agent},
       blobs_(paths_.Blobs()),
       room_(paths_.root, options_.min_free_bytes),
       store_(paths_, options_.limits, NamesIn(writer.state()), StartDecoder(options_.decoder)),
@@ -429,7 +430,7 @@ void PhotoIntake::Tick() {
   if (!writer_.state().finishing()) return;
   std::vector<Key> vanished;
   for (const auto& [key, pending] : pending_) {
-    const bool moves = now_s - pending.progress_s <= options_.vanished_after_s;
+    const bool moves = now_s - pending.progress_s <= options_.bounds.vanished_after_s;
     if (pending.fetch_id != 0 && !moves) vanished.push_back(key);
   }
   for (const Key& key : vanished) GiveUp(key);
@@ -444,7 +445,7 @@ void PhotoIntake::NoteProgress() {
     const bool waits_for_agent = node_.blobs().IsLate(pending.fetch_id);
     if (received != pending.received_bytes || !waits_for_agent) pending.progress_s = now_s;
     pending.received_bytes = received;
-    pending.rests = now_s - pending.progress_s > options_.rests_after_s;
+    pending.rests = now_s - pending.progress_s > options_.bounds.rests_after_s;
   }
 }
 

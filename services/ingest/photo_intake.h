@@ -18,19 +18,24 @@
 
 namespace skein {
 
+// Bounds of what an agent may leave behind; only tests have narrower ones.
+struct IntakeBounds {
+  double rests_after_s = 3;      // without an answer a photo yields its place to others
+  double vanished_after_s = 10;  // the same: given up, once a finish was asked for
+  // In the ledger, of one agent; ten times as many of all, and ten times as many duplicates.
+  // Refusals and duplicates are kept for ever, a refusal goes to every process, and anybody can
+  // offer without end.
+  int max_refusals_agent = 1000;
+};
+
 struct IntakeOptions {
   PhotoLimits limits;
   DecoderOptions decoder;
   std::vector<KnownCamera> cameras;
   int max_pending = 64;                  // photos received at a time; more are told to wait
   int max_pending_agent = 16;            // the same, of one agent
-  double rests_after_s = 3;              // without an answer a photo yields its place to others
-  double vanished_after_s = 10;          // the same: given up, once a finish was asked for
   int64_t min_free_bytes = 512'000'000;  // on the disk, for a photo to be taken in
-  // In the ledger, of one agent; ten times as many of all. Refusals and duplicates are kept for
-  // ever, a refusal goes to every process, and anybody can offer without end.
-  int max_refusals_agent = 1000;
-  int max_duplicates_agent = 10'000;
+  IntakeBounds bounds;
 };
 
 // From an offer to a committed photo:

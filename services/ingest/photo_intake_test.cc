@@ -76,7 +76,7 @@ TEST_F(PhotoIntakeTest, APhotoIsOfferedAgainWhenItsDecoderWasKilled) {
 
 TEST_F(PhotoIntakeTest, SlowPhotosOfOneAgentDelayOnlyItsOwn) {
   FaultyDecoder faulty("sleep");
-  faulty.options.max_still_s = 1;
+  faulty.options.bounds.max_still_s = 1;
   options_.intake.decoder = faulty.options;
   Restart();
   for (int seed = 0; seed < 6; ++seed) {
@@ -143,7 +143,7 @@ TEST_F(PhotoIntakeTest, NamesAndContentsOfOffersThatComeAtOnceDoNotCollide) {
 
 TEST_F(PhotoIntakeTest, APhotoIsTheAgentsWhoseBytesCame) {
   FaultyDecoder faulty("sleep");
-  faulty.options.max_still_s = 1;
+  faulty.options.bounds.max_still_s = 1;
   options_.intake.decoder = faulty.options;
   Restart();
   const image_offer_t first = MakeOffer("1.jpg", SmallJpeg(1));
@@ -250,7 +250,7 @@ TEST_F(PhotoIntakeTest, OffersThatCannotBePulledAreAnsweredAndLeaveNothing) {
 }
 
 TEST_F(PhotoIntakeTest, RefusalsAndDuplicatesOfAnAgentHaveABoundInTheLedger) {
-  options_.intake.max_refusals_agent = options_.intake.max_duplicates_agent = 3;
+  options_.intake.bounds.max_refusals_agent = 3;
   Restart();
   std::string state;
   bus_.Subscribe<heartbeat_t>(kHeartbeatChannel, [&](const heartbeat_t& beat) {
@@ -260,11 +260,11 @@ TEST_F(PhotoIntakeTest, RefusalsAndDuplicatesOfAnAgentHaveABoundInTheLedger) {
   for (uint8_t i = 0; i < 3; ++i) {
     EXPECT_EQ(Publish("bad" + std::to_string(i), {i}).status, +image_ack_t::REFUSED);
   }
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 35; ++i) {
     EXPECT_EQ(Publish("copy" + std::to_string(i), SmallJpeg()).status, +image_ack_t::DUPLICATE);
   }
   Restart();
-  Await([&] { return state == "ready, duplicates: 3"; }, "the duplicates; " + state);
+  Await([&] { return state == "ready, duplicates: 30"; }, "the duplicates; " + state);
   for (uint8_t i = 3; i < 5; ++i) {
     const image_ack_t ack = Publish("bad" + std::to_string(i), {i});
     EXPECT_EQ(ack.status, +image_ack_t::REFUSED);
@@ -424,8 +424,8 @@ class VanishedAgentsTest : public IngestServiceTest {
   VanishedAgentsTest() {
     options_.intake.max_pending = 8;
     options_.intake.max_pending_agent = 4;
-    options_.intake.rests_after_s = 0.5;
-    options_.intake.vanished_after_s = 1;
+    options_.intake.bounds.rests_after_s = 0.5;
+    options_.intake.bounds.vanished_after_s = 1;
     Restart();
   }
 
@@ -451,7 +451,7 @@ TEST_F(VanishedAgentsTest, LeaveTheirPlacesToOthers) {
 }
 
 TEST_F(VanishedAgentsTest, AnAgentHasItsOwnPlacesOnly) {
-  options_.intake.rests_after_s = 60;
+  options_.intake.bounds.rests_after_s = 60;
   Restart();
   for (int i = 0; i < 5; ++i) peer_->Publish(kImageOfferChannel, OfferOfVanished(i, "gone"));
   Await([&] { return acks_.size() == 5; }, "five answers");
@@ -476,7 +476,7 @@ TEST_F(VanishedAgentsTest, AreTakenUpWhenTheyAreBack) {
 
 TEST_F(VanishedAgentsTest, AreBoundedInNumber) {
   options_.intake.max_pending = 32;
-  options_.intake.rests_after_s = 0.1;
+  options_.intake.bounds.rests_after_s = 0.1;
   Restart();
   std::string state;
   bus_.Subscribe<heartbeat_t>(kHeartbeatChannel, [&](const heartbeat_t& beat) {

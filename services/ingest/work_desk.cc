@@ -19,11 +19,11 @@ constexpr int kMaxStepFailures = 3;
 
 }  // namespace
 
-WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, LeaseOptions options, Clock listened)
+WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, double lease_s, Clock listened)
     : node_(node),
       writer_(writer),
       listened_(std::move(listened)),
-      planner_(writer.session(), options, listened_()),
+      planner_(writer.session(), lease_s, listened_()),
       mappers_wanted_(node, kSubmapKind) {
   writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, listened_()); });
 }

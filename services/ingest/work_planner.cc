@@ -2,11 +2,11 @@
 
 namespace skein {
 
-WorkPlanner::WorkPlanner(const SessionRecord& session, LeaseOptions options, double now_s)
-    : session_(session), options_(options) {
-  for (const char* kind : {"features", "matching"}) queues_.try_emplace(kind, options);
+WorkPlanner::WorkPlanner(const SessionRecord& session, double lease_s, double now_s)
+    : session_(session), lease_s_(lease_s) {
+  for (const char* kind : {"features", "matching"}) queues_.try_emplace(kind, lease_s);
   // A mapper that lost its lease must not go on in an epoch that another may have taken over.
-  queues_.try_emplace("submap", options, [this](const std::string& worker, int64_t submap_id) {
+  queues_.try_emplace("submap", lease_s, [this](const std::string& worker, int64_t submap_id) {
     const SubmapLife* submap = session_.state.FindSubmap(submap_id);
     return submap != nullptr && submap->lease.owner == worker;
   });

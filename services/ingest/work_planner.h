@@ -30,7 +30,7 @@ class WorkPlanner {
   };
 
   // Takes up the work that is open in `session`, which must outlive it. `now_s` as in WorkQueue.
-  WorkPlanner(const SessionRecord& session, LeaseOptions options, double now_s);
+  WorkPlanner(const SessionRecord& session, double lease_s, double now_s);
 
   // `fact` was committed, in order; `session` is ahead of it or at it. A worker must not learn of a
   // fact before it is durable, so this goes by the facts.
@@ -44,7 +44,7 @@ class WorkPlanner {
 
   // Waiting items of a kind; 0 for an unknown kind.
   size_t NumWaiting(const std::string& kind) const;
-  double lease_s() const { return options_.lease_s; }
+  double lease_s() const { return lease_s_; }
 
  private:
   WorkQueue* Find(const std::string& kind);
@@ -53,7 +53,7 @@ class WorkPlanner {
   void NoteEarlierFailures();
 
   const SessionRecord& session_;
-  const LeaseOptions options_;
+  const double lease_s_;
   std::map<std::string, WorkQueue> queues_;
 };
 

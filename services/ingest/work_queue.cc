@@ -9,6 +9,7 @@ namespace {
 constexpr double kSilentS = 3;  // a worker that hasn't asked (at 1 Hz) for so long gets nothing new
 constexpr double kRetryDelayS = 1;  // from a reported failure to the next try
 constexpr double kResendS = 0.5;    // a grant that isn't confirmed after this is told again
+constexpr int kMaxFailures = 3;     // reported errors and crashes together
 constexpr int kMaxKills = 10;       // deaths by SIGKILL while working on it: out of memory
 
 }  // namespace
@@ -43,7 +44,7 @@ void WorkQueue::Lease(int64_t item, const std::string& worker, double now_s) {
   const auto found = leases_.find(item);
   if (found != leases_.end() && found->second.worker == worker) return;
   waiting_.erase(item);
-  leases_[item] = {worker, now_s + options_.lease_s, now_s, false};
+  leases_[item] = {worker, now_s + lease_s_, now_s, false};
 }
 
 void WorkQueue::Remove(int64_t item) {
@@ -99,7 +100,7 @@ void WorkQueue::Renew(const Request& request, double now_s) {
     if (may_resume && waiting_.erase(item) > 0) leases_[item] = {request.worker, 0, now_s, true};
     const auto lease = leases_.find(item);
     if (lease == leases_.end() || lease->second.worker != request.worker) continue;
-    lease->second.expires_s = now_s + options_.lease_s;
+    lease->second.expires_s = now_s + lease_s_;
     lease->second.confirmed = true;
   }
   if (request.capacity <= 0) ReleaseUnnamed(request);
@@ -152,7 +153,7 @@ std::vector<WorkQueue::Failure> WorkQueue::NoteFailure(const std::string& worker
   ++history.failures;
   history.not_before_s = now_s + kRetryDelayS;
   const Failure failure{item, worker, reason, history.failures,
-                        permanent || history.failures >= options_.max_failures};
+                        permanent || history.failures >= kMaxFailures};
   if (failure.parked) Remove(item);
   return {failure};
 }
@@ -163,7 +164,7 @@ void WorkQueue::Release(int64_t item) {
 }
 
 bool WorkQueue::IsSilent(const Worker& worker, double now_s) const {
-  return now_s - worker.seen_s > std::min(kSilentS, options_.lease_s);
+  return now_s - worker.seen_s > std::min(kSilentS, lease_s_);
 }
 
 // What a worker has not confirmed it has not begun, unless it is about to say so: once it is silent
@@ -229,7 +230,7 @@ std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s) {
     const std::string worker = MostFree(now_s);
     if (worker.empty()) break;
     next = waiting_.erase(next);
-    leases_[item] = {worker, now_s + options_.lease_s, now_s, false};
+    leases_[item] = {worker, now_s + lease_s_, now_s, false};
     grants.push_back({worker, item, attempt(item), true});
   }
   return grants;

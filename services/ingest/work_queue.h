@@ -10,10 +10,7 @@
 
 namespace skein {
 
-struct LeaseOptions {
-  double lease_s = 6;    // lapses when its worker hasn't named the item for so long
-  int max_failures = 3;  // reported errors and crashes together
-};
+constexpr double kUsualLeaseS = 6;
 
 // Items of one kind of work and their holders. Knows no messages and no clock: `now_s` is any
 // monotonic time and is passed in. The items come from the ledger (Add, Remove), so nothing here
@@ -44,8 +41,9 @@ class WorkQueue {
   // Whether a worker that names an item which waits may go on with it; unset: yes.
   using MayResume = std::function<bool(const std::string& worker, int64_t item)>;
 
-  explicit WorkQueue(LeaseOptions options = {}, MayResume may_resume = nullptr)
-      : options_(options), may_resume_(std::move(may_resume)) {}
+  // A lease lapses when its worker hasn't named the item for `lease_s`.
+  explicit WorkQueue(double lease_s = kUsualLeaseS, MayResume may_resume = nullptr)
+      : lease_s_(lease_s), may_resume_(std::move(may_resume)) {}
 
   // No effect if it is there.
   void Add(int64_t item);
@@ -104,7 +102,7 @@ class WorkQueue {
   int FreeSlots(const std::string& name, const Worker& worker) const;
   std::string MostFree(double now_s) const;
 
-  const LeaseOptions options_;
+  const double lease_s_;
   const MayResume may_resume_;
   std::set<int64_t> waiting_;  // ids grow with age, so the order is oldest first
   std::map<int64_t, LeaseState> leases_;

@@ -72,9 +72,8 @@ Status CheckBothModels(const Submap& submap, const Reconstruction& target,
                        const Reconstruction& source, const Reconstruction& merged) {
   const DividedPhotos divided =
       DividePhotos(submap.map(), PhotosOf(target), PhotosOf(source), merged);
-  const PlacesOfTwoSets places =
-      ComparePlaces(submap.map(), merged, divided.of_first, divided.of_second,
-                    submap.options().registration.min_cells);
+  const PlacesOfTwoSets places = ComparePlaces(submap.map(), merged, divided.of_first,
+                                               divided.of_second, submap.options().min_cells);
   if (!places.differ) return Status::Ok();
   return FailedPrecondition("visually similar places: " + places.reason);
 }
@@ -98,7 +97,7 @@ Comparison Compare(const Reconstruction& target, const Reconstruction& source,
   Comparison comparison;
   AbsorbOptions options = OptionsFor(task);
   options.intrinsics.fixed = submap.map().FixedCameras();
-  options.min_cells = submap.options().registration.min_cells;
+  options.min_cells = submap.options().min_cells;
   const std::optional<Similarity> similarity =
       FindSimilarity(task, SharedPhotosOf(source, target), options.sim3);
   if (!similarity) {

@@ -7,9 +7,8 @@
 
 namespace skein {
 Status MapperOptions::Check() const {
-  return FirstError({run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
-                     InRange("local_ba_free", local_ba.tree.max_free, 0, 1'000'000),
-                     InRange("local_ba_held", local_ba.tree.max_held, 0, 1'000'000), pool.Check()});
+  return FirstError(
+      {run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000), pool.Check()});
 }
 
 void AddOptions(CLI::App& app, MapperOptions* options) {
@@ -23,10 +22,6 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
       "Local bundle adjustment: colmap, consistent, paper or equal");
   app.add_option("--local-ba-images", local_ba.colmap_images,
                  "Images that local_ba colmap takes in, two of them constant");
-  app.add_option("--local-ba-free", local_ba.tree.max_free,
-                 "Most images that the other forms refine; 0: no limit");
-  app.add_option("--local-ba-held", local_ba.tree.max_held,
-                 "Most images that they hold constant; 0: no limit");
   AddSwitch(app, "background-ba", &submap.background,
             "Global bundle adjustment beside registration; off: in turn with it, and the same "
             "ledger gives the same map");
@@ -40,9 +35,9 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
   app.add_option("--target-gsd", options->run.target_gsd_mm,
                  "Millimetres of the surface that a pixel may cover for the final models' "
                  "completeness, where GPS tells the scale; 0: twice that of the median point");
-  app.add_option("--max-submaps", options->pool.sharing.max_submaps,
+  app.add_option("--max-submaps", options->pool.max_submaps,
                  "Submaps that a mapper holds at a time before it takes no further seed");
-  app.add_option("--share-after", options->pool.sharing.after_s,
+  app.add_option("--share-after", options->pool.share_after_s,
                  "Seconds that a submap waits for an idle mapper before one that holds a submap "
                  "takes it; up to twice that with many photos in hand");
   app.add_option("--retire-after", options->pool.retire_after_s,

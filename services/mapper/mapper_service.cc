@@ -16,7 +16,9 @@ constexpr double kCapacityPeriodS = 0.1;
 }  // namespace
 
 Status PoolOptions::Check() const {
-  return FirstError({InRange("retire_after", retire_after_s, 0.0, 1e9), sharing.Check()});
+  return FirstError({InRange("retire_after", retire_after_s, 0.0, 1e9),
+                     InRange("max_submaps", max_submaps, 1, 1000),
+                     InRange("share_after", share_after_s, 0.0, 3600.0)});
 }
 
 MapperService::MapperService(Node& node, const SubmapRunOptions& options, const PoolOptions& pool)
@@ -26,7 +28,7 @@ MapperService::MapperService(Node& node, const SubmapRunOptions& options, const 
       worker_(node.loop()),
       writer_(node.loop()),
       shapes_(node),
-      sharing_(pool.sharing),
+      sharing_(pool.max_submaps, pool.share_after_s),
       idle_since_s_(node.loop().now_s()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   work_ =

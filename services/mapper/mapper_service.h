@@ -20,7 +20,8 @@ namespace skein {
 // A mapper among others.
 struct PoolOptions {
   double retire_after_s = 0;  // ends the node after so long without a submap; 0: never
-  SharingOptions sharing;
+  int max_submaps = 8;        // of this mapper, before it takes no further seed (SubmapSharing)
+  double share_after_s = 4;   // that no mapper is idle
 
   Status Check() const;
 };

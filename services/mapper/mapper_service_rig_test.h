@@ -48,7 +48,7 @@ inline SubmapRunOptions ManyHomes() {
 // Takes what waits without leaving a pool time.
 inline PoolOptions SharesAtOnce() {
   PoolOptions options;
-  options.sharing.after_s = 0;
+  options.share_after_s = 0;
   return options;
 }
 

@@ -1,7 +1,5 @@
 #include "mapper/submap_sharing.h"
 
-#include "core/option_check.h"
-
 namespace skein {
 namespace {
 
@@ -13,11 +11,6 @@ constexpr double kOfferS = 5;
 constexpr double kPhotosOfHalf = 100;
 
 }  // namespace
-
-Status SharingOptions::Check() const {
-  return FirstError(
-      {InRange("max_submaps", max_submaps, 1, 1000), InRange("share_after", after_s, 0.0, 3600.0)});
-}
 
 void SubmapSharing::OnDemand(const demand_t& demand, double now_s) {
   all_.OnDemand(demand, now_s);
@@ -35,7 +28,7 @@ void SubmapSharing::OnTaken() {
 }
 
 double SubmapSharing::DelayS(int num_photos) const {
-  return options_.after_s * (1 + num_photos / (num_photos + kPhotosOfHalf));
+  return after_s_ * (1 + num_photos / (num_photos + kPhotosOfHalf));
 }
 
 bool SubmapSharing::Offers(const Load& load, double now_s) {
@@ -43,7 +36,7 @@ bool SubmapSharing::Offers(const Load& load, double now_s) {
     OnTaken();
     return false;
   }
-  const DemandBook& book = load.num_submaps < options_.max_submaps ? all_ : existing_;
+  const DemandBook& book = load.num_submaps < max_submaps_ ? all_ : existing_;
   if (book.NumShort(now_s) == 0) short_since_s_.reset();
   if (book.NumShort(now_s) > 0 && !short_since_s_) short_since_s_ = now_s;
   const bool is_due = short_since_s_ && now_s - *short_since_s_ >= DelayS(load.num_photos);

@@ -2,19 +2,9 @@
 
 #include <optional>
 
-#include "core/result.h"
 #include "node/demand.h"
 
 namespace skein {
-
-struct SharingOptions {
-  // Limit of one mapper, for a seed. Submaps that exist are taken beyond that limit: a finish waits
-  // for them.
-  int max_submaps = 8;
-  double after_s = 4;  // that no mapper is idle: a pool may start one meanwhile
-
-  Status Check() const;
-};
 
 // When a mapper that holds submaps takes one more: one waits, no mapper is idle, and a pool had the
 // time to start one. Mappers agree on nothing. Each waits the longer the more photos it holds; its
@@ -27,7 +17,10 @@ class SubmapSharing {
     int num_photos = 0;
   };
 
-  explicit SubmapSharing(const SharingOptions& options) : options_(options) {}
+  // A mapper with `max_submaps` takes no further seed. Submaps that exist are taken beyond that
+  // limit: a finish waits for them. `after_s`: that no mapper is idle; a pool may start one
+  // meanwhile.
+  SubmapSharing(int max_submaps, double after_s) : max_submaps_(max_submaps), after_s_(after_s) {}
 
   void OnDemand(const demand_t& demand, double now_s);
   void OnRequest(const work_request_t& request, double now_s);
@@ -40,7 +33,8 @@ class SubmapSharing {
  private:
   double DelayS(int num_photos) const;
 
-  const SharingOptions options_;
+  const int max_submaps_;
+  const double after_s_;
   DemandBook all_{"submap"};
   DemandBook existing_{"submap"};  // without the seeds that the merger would make
   std::optional<double> short_since_s_;

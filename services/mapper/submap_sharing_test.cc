@@ -8,13 +8,6 @@ namespace skein::submap_sharing_test {
 
 using Load = SubmapSharing::Load;
 
-SharingOptions Options() {
-  SharingOptions options;
-  options.max_submaps = 3;
-  options.after_s = 4;
-  return options;
-}
-
 // A mapper of a pool in which the test is everyone else. What is told is repeated as on the bus.
 class SubmapSharingTest : public testing::Test {
  protected:
@@ -43,7 +36,7 @@ class SubmapSharingTest : public testing::Test {
   }
 
   double now_s_ = 100;
-  SubmapSharing sharing_{Options()};
+  SubmapSharing sharing_{3, 4};
 };
 
 TEST_F(SubmapSharingTest, OffersOnceNoMapperWasIdleForAWhile) {

@@ -3,11 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "matching/two_view.h"
+
 namespace skein {
 namespace {
 
 constexpr size_t kMaxBest = 10;
-constexpr int kMinMatches = 15;  // the inliers of a verified pair (two_view.h)
 
 }  // namespace
 
@@ -21,7 +22,7 @@ std::vector<int64_t> CoarseSearch::Take(size_t count) {
 }
 
 void CoarseSearch::Tell(int64_t image_id, int num_matches) {
-  if (num_matches >= kMinMatches) told_.emplace_back(num_matches, image_id);
+  if (num_matches >= kMinPairInliers) told_.emplace_back(num_matches, image_id);
 }
 
 std::vector<int64_t> CoarseSearch::Best() const {

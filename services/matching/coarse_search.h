@@ -5,6 +5,7 @@
 // coarsest features costs a sixty-fourth of a full product. The number of mutual matches that pass
 // the ratio test orders photos far better than the distance of their global descriptors.
 
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>

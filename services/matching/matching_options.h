@@ -3,7 +3,7 @@
 #include <string>
 
 #include "core/result.h"
-#include "matching/pair_matcher.h"
+#include "matching/kernel.h"
 
 namespace CLI {
 class App;
@@ -12,7 +12,8 @@ class App;
 namespace skein {
 
 struct MatchingServiceOptions {
-  PairMatcherOptions pair;
+  KernelVersion kernel = FastestKernel();
+  bool cascade = true;        // off: the full product of each pair
   int num_threads = 1;        // over which the pairs of a photo are spread
   bool second_look = true;    // off: all candidates, in their order
   int cache_mib = 512;        // features of recently used photos, decoded

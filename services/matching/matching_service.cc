@@ -13,9 +13,8 @@ constexpr size_t kLookedAtOnce = 16;
 
 // Null without the cascade.
 std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& options) {
-  if (!options.pair.cascade) return nullptr;
-  return std::make_shared<DescriptorCells>(CodebookOf(options.codebook_path),
-                                           options.pair.matching.kernel);
+  if (!options.cascade) return nullptr;
+  return std::make_shared<DescriptorCells>(CodebookOf(options.codebook_path), options.kernel);
 }
 
 }  // namespace
@@ -23,12 +22,13 @@ std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& opt
 MatchingService::MatchingService(Node& node, const MatchingServiceOptions& options)
     : node_(node),
       second_look_(options.second_look),
-      two_view_(options.pair.two_view),
       loader_(node.loop(), node.blobs(), CellsOf(options),
               static_cast<size_t>(options.cache_mib) << 20),
       work_(node, "matching", 2, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
-  for (int i = 0; i < options.num_threads; ++i) workers_.emplace_back(node.loop(), options.pair);
+  for (int i = 0; i < options.num_threads; ++i) {
+    workers_.emplace_back(node.loop(), options.cascade, options.kernel);
+  }
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
 }
 
@@ -192,7 +192,7 @@ void MatchingService::Submit() {
   workers_.front().thread.Run(
       [this, image_id, seq = job.look->seq(), photo = job.photo,
        matches = std::move(job.matches)]() mutable {
-        matches.Conclude(photo->points, two_view_);
+        matches.Conclude(photo->points);
         const std::string blob =
             matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));
         matches_t fact = ToMessage(image_id, matches, blob);

@@ -49,7 +49,8 @@ class MatchingService {
   };
 
   struct Worker {
-    Worker(PollLoop& loop, const PairMatcherOptions& options) : matcher(options), thread(loop) {}
+    Worker(PollLoop& loop, bool cascade, KernelVersion kernel)
+        : matcher(cascade, kernel), thread(loop) {}
 
     PairMatcher matcher;  // used by `thread` only
     WorkerThread thread;
@@ -78,7 +79,6 @@ class MatchingService {
 
   Node& node_;
   const bool second_look_;
-  const TwoViewOptions two_view_;
   SessionState session_;
   PhotoIndex index_{session_};
   std::map<int64_t, Job> jobs_;

@@ -1,5 +1,6 @@
 #include "matching/overlay.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,10 +18,10 @@ constexpr double kNoise = 0.05;
 // pairs do so by chance once in a thousand times.
 constexpr int kPairsOfABackground = 3;
 
-bool StandsStill(const PhotoFeatures& first, const PhotoFeatures& second, const FeatureMatch& match,
-                 double max_error_px) {
+bool StandsStill(const PhotoFeatures& first, const PhotoFeatures& second,
+                 const FeatureMatch& match) {
   const Eigen::Vector2d& a = first.points[match.point2D_idx1];
-  return (a - second.points[match.point2D_idx2]).norm() <= max_error_px;
+  return (a - second.points[match.point2D_idx2]).norm() <= limits::kMaxErrorPx;
 }
 
 struct SplitMatches {
@@ -28,10 +29,10 @@ struct SplitMatches {
 };
 
 SplitMatches Split(const PhotoFeatures& first, const PhotoFeatures& second,
-                   const FeatureMatches& matches, double max_error_px) {
+                   const FeatureMatches& matches) {
   SplitMatches split;
   for (const FeatureMatch& match : matches) {
-    const bool is_still = StandsStill(first, second, match, max_error_px);
+    const bool is_still = StandsStill(first, second, match);
     (is_still ? split.still : split.moving).push_back(match);
   }
   return split;
@@ -73,13 +74,11 @@ double SampsonError(const Eigen::Matrix3d& F, const Eigen::Vector2d& a, const Ei
 
 // By the geometry of the moving matches.
 bool AreContradicted(const PhotoFeatures& first, const PhotoFeatures& second,
-                     const FeatureMatches& still, const TwoViewGeometry& of_moving,
-                     double max_error_px) {
+                     const FeatureMatches& still, const TwoViewGeometry& of_moving) {
   if (!IsVerified(of_moving)) return false;
   const Eigen::Matrix3d F = EpipolarModel(first.camera, second.camera, of_moving);
-  const double max_error = max_error_px * max_error_px;
   const auto agrees = [&](const Eigen::Vector2d& a, const Eigen::Vector2d& b) {
-    return SampsonError(F, a, b) <= max_error;
+    return SampsonError(F, a, b) <= limits::kMaxErrorPx * limits::kMaxErrorPx;
   };
   const auto num_agreeing =
       static_cast<double>(std::count_if(still.begin(), still.end(), [&](const FeatureMatch& match) {
@@ -102,11 +101,11 @@ std::vector<uint32_t> FirstKeypoints(const FeatureMatches& matches) {
   return keypoints;
 }
 
-// Keypoints that lie within `radius_px` of a marked one, by place: a grid of squares of that side.
+// Keypoints that lie within limits::kMaxErrorPx of a marked one, by place: a grid of squares of
+// that side.
 class Marked {
  public:
-  Marked(const std::vector<Eigen::Vector2d>& points, double radius_px)
-      : points_(points), radius_px_(radius_px) {}
+  explicit Marked(const std::vector<Eigen::Vector2d>& points) : points_(points) {}
 
   void Add(const std::vector<uint32_t>& keypoints) {
     for (const uint32_t keypoint : keypoints) squares_[SquareOf(keypoint)].push_back(keypoint);
@@ -120,7 +119,7 @@ class Marked {
         const auto square = squares_.find({x + dx, y + dy});
         if (square == squares_.end()) continue;
         for (const uint32_t other : square->second) {
-          if ((points_[other] - points_[keypoint]).norm() <= radius_px_) return true;
+          if ((points_[other] - points_[keypoint]).norm() <= limits::kMaxErrorPx) return true;
         }
       }
     }
@@ -129,17 +128,16 @@ class Marked {
 
  private:
   std::pair<int, int> SquareOf(uint32_t keypoint) const {
-    const Eigen::Vector2d square = points_[keypoint] / radius_px_;
+    const Eigen::Vector2d square = points_[keypoint] / limits::kMaxErrorPx;
     return {static_cast<int>(std::floor(square.x())), static_cast<int>(std::floor(square.y()))};
   }
 
   const std::vector<Eigen::Vector2d>& points_;
-  const double radius_px_;
   std::map<std::pair<int, int>, std::vector<uint32_t>> squares_;
 };
 
 // Whether most of what is background in some pairs moves with the scene in another one.
-bool MovesElsewhere(const std::vector<PairWithEvidence>& pairs, int min_num_inliers) {
+bool MovesElsewhere(const std::vector<PairWithEvidence>& pairs) {
   std::unordered_set<uint32_t> background;
   for (const PairWithEvidence& pair : pairs) {
     background.insert(pair.evidence.background.begin(), pair.evidence.background.end());
@@ -150,18 +148,18 @@ bool MovesElsewhere(const std::vector<PairWithEvidence>& pairs, int min_num_inli
       if (background.count(pair.geometry.inlier_matches[i].point2D_idx1) == 0) continue;
       ++(pair.stand_still[i] != 0 ? num_still : num_moving);
     }
-    return num_moving >= min_num_inliers && num_moving > num_still;
+    return num_moving >= kMinPairInliers && num_moving > num_still;
   });
 }
 
-bool HaveABackground(const std::vector<PairWithEvidence>& pairs, int min_num_inliers) {
+bool HaveABackground(const std::vector<PairWithEvidence>& pairs) {
   const auto num_pairs = std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) {
     return pair.evidence.without_background.has_value();
   });
-  return num_pairs >= kPairsOfABackground && !MovesElsewhere(pairs, min_num_inliers);
+  return num_pairs >= kPairsOfABackground && !MovesElsewhere(pairs);
 }
 
-void LeaveOut(const Marked& overlay, int min_num_inliers, PairWithEvidence* pair) {
+void LeaveOut(const Marked& overlay, PairWithEvidence* pair) {
   FeatureMatches& inliers = pair->geometry.inlier_matches;
   FeatureMatches kept;
   for (size_t i = 0; i < inliers.size(); ++i) {
@@ -170,7 +168,7 @@ void LeaveOut(const Marked& overlay, int min_num_inliers, PairWithEvidence* pair
   }
   pair->stand_still.clear();
   inliers = std::move(kept);
-  if (inliers.size() < static_cast<size_t>(min_num_inliers)) {
+  if (inliers.size() < static_cast<size_t>(kMinPairInliers)) {
     pair->geometry = TwoViewGeometry();
     pair->geometry.config = TwoViewGeometry::DEGENERATE;
   }
@@ -179,21 +177,18 @@ void LeaveOut(const Marked& overlay, int min_num_inliers, PairWithEvidence* pair
 }  // namespace
 
 PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatures& second,
-                                    const FeatureMatches& matches, uint32_t seed,
-                                    const TwoViewOptions& options) {
+                                    const FeatureMatches& matches, uint32_t seed) {
   const auto estimate = [&](const FeatureMatches& of) {
-    return EstimateTwoView(first.camera, first.points, second.camera, second.points, of, seed,
-                           options);
+    return EstimateTwoView(first.camera, first.points, second.camera, second.points, of, seed);
   };
   if (!HaveOneSize(first.camera, second.camera)) return {estimate(matches), {}};
-  const SplitMatches split = Split(first, second, matches, options.max_error_px);
-  if (split.still.size() < static_cast<size_t>(options.min_num_inliers)) {
+  const SplitMatches split = Split(first, second, matches);
+  if (split.still.size() < static_cast<size_t>(kMinPairInliers)) {
     return {estimate(matches), {}};
   }
   const bool are_few = AreFew(first, split.still);
   TwoViewGeometry of_moving = estimate(split.moving);
-  const bool are_contradicted =
-      AreContradicted(first, second, split.still, of_moving, options.max_error_px);
+  const bool are_contradicted = AreContradicted(first, second, split.still, of_moving);
   PairEstimate result;
   if (are_few && (are_contradicted || !IsVerified(of_moving))) {
     result.geometry = std::move(of_moving);
@@ -208,30 +203,21 @@ PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatu
   return result;
 }
 
-void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
-                     FeatureMatches* matches, OverlayEvidence* evidence) {
-  if (evidence->overlay.empty()) return;
-  SplitMatches split = Split(first, second, *matches, max_error_px);
-  const std::vector<uint32_t> still = FirstKeypoints(split.still);
-  evidence->overlay.insert(evidence->overlay.end(), still.begin(), still.end());
-  *matches = std::move(split.moving);
-}
-
 std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
-                             const FeatureMatches& matches, double max_error_px) {
+                             const FeatureMatches& matches) {
   std::vector<char> stand_still;
   const bool have_one_size = HaveOneSize(first.camera, second.camera);
   for (const FeatureMatch& match : matches) {
-    stand_still.push_back(have_one_size && StandsStill(first, second, match, max_error_px));
+    stand_still.push_back(have_one_size && StandsStill(first, second, match));
   }
   return stand_still;
 }
 
-void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points, const TwoViewOptions& options,
+void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points,
                      std::vector<PairWithEvidence>* pairs) {
-  Marked overlay(points, options.max_error_px);
+  Marked overlay(points);
   for (const PairWithEvidence& pair : *pairs) overlay.Add(pair.evidence.overlay);
-  if (HaveABackground(*pairs, options.min_num_inliers)) {
+  if (HaveABackground(*pairs)) {
     for (PairWithEvidence& pair : *pairs) {
       overlay.Add(pair.evidence.background);
       if (!pair.evidence.without_background) continue;
@@ -240,7 +226,7 @@ void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points, const TwoViewOp
     }
   }
   if (overlay.empty()) return;
-  for (PairWithEvidence& pair : *pairs) LeaveOut(overlay, options.min_num_inliers, &pair);
+  for (PairWithEvidence& pair : *pairs) LeaveOut(overlay, &pair);
 }
 
 }  // namespace skein

@@ -53,19 +53,13 @@ struct PairEstimate {
 };
 
 // EstimateTwoView with overlays left out. A second search is made only if at least
-// options.min_num_inliers matches stand still. Photos of different size have no place in common.
+// kMinPairInliers matches stand still. Photos of different size have no place in common.
 PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatures& second,
-                                    const FeatureMatches& matches, uint32_t seed,
-                                    const TwoViewOptions& options);
+                                    const FeatureMatches& matches, uint32_t seed);
 
-// Does the same to further matches along the geometry of a pair; no effect without an overlay in
-// `evidence`. Still matches go from `matches` to the overlay.
-void LeaveOutOverlay(const PhotoFeatures& first, const PhotoFeatures& second, double max_error_px,
-                     FeatureMatches* matches, OverlayEvidence* evidence);
-
-// For each match, whether it stands still.
+// For each match, whether it stands still, to limits::kMaxErrorPx.
 std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& second,
-                             const FeatureMatches& matches, double max_error_px);
+                             const FeatureMatches& matches);
 
 // A pair of the photo, as verified by itself.
 struct PairWithEvidence {
@@ -75,8 +69,8 @@ struct PairWithEvidence {
 };
 
 // Decides over all pairs of a photo, with its keypoints, as above. A pair that has less than
-// options.min_num_inliers inliers left is DEGENERATE.
-void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points, const TwoViewOptions& options,
+// kMinPairInliers inliers left is DEGENERATE.
+void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points,
                      std::vector<PairWithEvidence>* pairs);
 
 }  // namespace skein

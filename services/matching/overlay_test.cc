@@ -70,17 +70,14 @@ class Overlay : public testing::Test {
     for (int i = 0; i < count; ++i) AddMatch(Anywhere(), Anywhere());
   }
 
-  PairEstimate Estimate() const {
-    return EstimateWithoutOverlay(first_, second_, matches_, 7, options_);
-  }
+  PairEstimate Estimate() const { return EstimateWithoutOverlay(first_, second_, matches_, 7); }
   int NumStill(const TwoViewGeometry& geometry) const {
-    const std::vector<char> still =
-        StandStill(first_, second_, geometry.inlier_matches, options_.max_error_px);
+    const std::vector<char> still = StandStill(first_, second_, geometry.inlier_matches);
     return static_cast<int>(std::count(still.begin(), still.end(), 1));
   }
   TwoViewGeometry EstimateOfAll() const {
     return EstimateTwoView(first_.camera, first_.points, second_.camera, second_.points, matches_,
-                           7, options_);
+                           7);
   }
   void ExpectAsOfAll() const {
     const TwoViewGeometry ours = Estimate().geometry, all = EstimateOfAll();
@@ -93,7 +90,6 @@ class Overlay : public testing::Test {
   std::mt19937 random_{3};
   PhotoFeatures first_, second_;
   FeatureMatches matches_;
-  TwoViewOptions options_;
 };
 
 const Eigen::Matrix3d kTurn =
@@ -188,7 +184,7 @@ class OverlayOfAPhoto : public testing::Test {
     return pair;
   }
 
-  void LeaveOut() { LeaveOutOverlay(points_, TwoViewOptions(), &pairs_); }
+  void LeaveOut() { LeaveOutOverlay(points_, &pairs_); }
   size_t NumInliers(size_t pair) const { return pairs_[pair].geometry.inlier_matches.size(); }
 
   std::vector<Eigen::Vector2d> points_;

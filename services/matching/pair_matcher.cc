@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "core/clock.h"
-#include "core/option_check.h"
 
 namespace skein {
 namespace {
@@ -51,6 +50,12 @@ void SortByFirst(FeatureMatches* matches) {
             [](const auto& a, const auto& b) { return a.point2D_idx1 < b.point2D_idx1; });
 }
 
+MatchOptions OfKernel(KernelVersion kernel) {
+  MatchOptions options;
+  options.kernel = kernel;
+  return options;
+}
+
 }  // namespace
 
 uint32_t PairSeed(int64_t image_id, int64_t other_id) {
@@ -61,20 +66,14 @@ uint32_t PairSeed(int64_t image_id, int64_t other_id) {
   return static_cast<uint32_t>(x ^ (x >> 31));
 }
 
-Status PairMatcherOptions::Check() const {
-  return FirstError({matching.Check(), two_view.Check()});
-}
-
-PairMatcher::PairMatcher(const PairMatcherOptions& options)
-    : options_(options), matcher_(options.matching) {
-  ThrowUnlessSound(options.Check());
-}
+PairMatcher::PairMatcher(bool cascade, KernelVersion kernel)
+    : cascade_(cascade), matcher_(OfKernel(kernel)) {}
 
 void PairMatcher::Verify(const PhotoFeatures& first, const PhotoFeatures& second,
                          const FeatureMatches& matches, PairResult* result) const {
   const Stopwatch watch(&result->geometry_s);
-  PairEstimate estimate = EstimateWithoutOverlay(
-      first, second, matches, PairSeed(first.image_id, second.image_id), options_.two_view);
+  PairEstimate estimate =
+      EstimateWithoutOverlay(first, second, matches, PairSeed(first.image_id, second.image_id));
   result->geometry = std::move(estimate.geometry);
   result->evidence = std::move(estimate.evidence);
 }
@@ -130,7 +129,7 @@ bool PairMatcher::MatchByCloseCells(const PhotoFeatures& first, const PhotoFeatu
 
 PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& second) {
   PairResult result;
-  if (!options_.cascade || !CanCascade(first) || !CanCascade(second)) {
+  if (!cascade_ || !CanCascade(first) || !CanCascade(second)) {
     MatchInFull(first, second, &result);
   } else if (LookFirst(first, second, &result) && MatchByCloseCells(first, second, &result)) {
     result.by_close_cells = true;
@@ -138,8 +137,7 @@ PairResult PairMatcher::Match(const PhotoFeatures& first, const PhotoFeatures& s
     Verify(first, second, MatchByCells(first, second, second.index.cells.near, &result), &result);
   }
   SortByFirst(&result.geometry.inlier_matches);
-  result.stand_still =
-      StandStill(first, second, result.geometry.inlier_matches, options_.two_view.max_error_px);
+  result.stand_still = StandStill(first, second, result.geometry.inlier_matches);
   return result;
 }
 

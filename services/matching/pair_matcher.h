@@ -26,14 +26,6 @@
 
 namespace skein {
 
-struct PairMatcherOptions {
-  MatchOptions matching;
-  TwoViewOptions two_view;
-  bool cascade = true;  // off: the full product of each pair
-
-  Status Check() const;
-};
-
 struct PairResult {
   TwoViewGeometry geometry;  // as of EstimateTwoView, from the first photo to the second
   OverlayEvidence evidence;
@@ -46,7 +38,9 @@ struct PairResult {
 // Keeps working memory, so keep one a thread.
 class PairMatcher {
  public:
-  explicit PairMatcher(const PairMatcherOptions& options);  // throws std::invalid_argument
+  // `cascade`: false takes the full product of each pair. Throws std::invalid_argument for a kernel
+  // that is not supported here.
+  explicit PairMatcher(bool cascade = true, KernelVersion kernel = FastestKernel());
 
   // Deterministic by the photos' ids.
   PairResult Match(const PhotoFeatures& first, const PhotoFeatures& second);
@@ -68,7 +62,7 @@ class PairMatcher {
   bool MatchByCloseCells(const PhotoFeatures& first, const PhotoFeatures& second,
                          PairResult* result);
 
-  PairMatcherOptions options_;
+  const bool cascade_;
   DescriptorMatcher matcher_;
 };
 

@@ -74,9 +74,7 @@ class Cascade : public testing::Test {
   }
 
   static PairResult Match(const PhotoFeatures& a, const PhotoFeatures& b, bool cascade) {
-    PairMatcherOptions options;
-    options.cascade = cascade;
-    return PairMatcher(options).Match(a, b);
+    return PairMatcher(cascade).Match(a, b);
   }
 
   static void ExpectAsInFull(const PhotoFeatures& a, const PhotoFeatures& b) {

@@ -45,9 +45,8 @@ void PhotoMatches::Add(int64_t other_id, const PairResult& result) {
   added_.push_back({result.geometry, result.stand_still, result.evidence});
 }
 
-void PhotoMatches::Conclude(const std::vector<Eigen::Vector2d>& points,
-                            const TwoViewOptions& options) {
-  LeaveOutOverlay(points, options, &added_);
+void PhotoMatches::Conclude(const std::vector<Eigen::Vector2d>& points) {
+  LeaveOutOverlay(points, &added_);
   for (size_t i = 0; i < added_.size(); ++i) {
     const TwoViewGeometry& geometry = added_[i].geometry;
     if (IsVerified(geometry)) pairs.push_back(ToTwoViewPair(other_ids_[i], geometry));

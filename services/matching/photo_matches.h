@@ -22,7 +22,7 @@ class PhotoMatches {
   // `result` is from the photo to the other: x_other^T F x_photo = 0, other_from_photo.
   void Add(int64_t other_id, const PairResult& result);
   // After all: makes the pairs, without overlays. `points`: the photo's keypoints.
-  void Conclude(const std::vector<Eigen::Vector2d>& points, const TwoViewOptions& options);
+  void Conclude(const std::vector<Eigen::Vector2d>& points);
 
  private:
   std::vector<int64_t> other_ids_;       // of added_, in any order

@@ -11,10 +11,10 @@
 namespace skein::photo_matches_test {
 
 PhotoMatches Match(const PhotoFeatures& photo, const std::vector<PhotoFeaturesPtr>& others) {
-  PairMatcher matcher{PairMatcherOptions()};
+  PairMatcher matcher;
   PhotoMatches matches;
   for (const auto& other : others) matches.Add(other->image_id, matcher.Match(photo, *other));
-  matches.Conclude(photo.points, TwoViewOptions());
+  matches.Conclude(photo.points);
   return matches;
 }
 

@@ -5,7 +5,6 @@
 #include <limits>
 #include <stdexcept>
 
-#include "core/option_check.h"
 #include "geometry/free_focal.h"
 #include "sfm/random.h"
 #include "sfm/robust_model.h"
@@ -16,6 +15,9 @@ namespace {
 // COLMAP's TwoViewGeometry::Options.
 constexpr double kMinEFInlierRatio = 0.95;
 constexpr double kMaxHInlierRatio = 0.8;
+
+// Of a search: samples come from the surest matches first. COLMAP's come from all.
+constexpr int kMaxTrials = 1000, kMaxTrialsOfColmap = 10000;
 
 // Even when all matches must be inliers, some samples are too close together for a good model.
 constexpr double kMaxAssumedInlierRatio = 0.7;
@@ -42,17 +44,20 @@ Correspondences Gather(const Camera& camera1, const std::vector<Eigen::Vector2d>
   return c;
 }
 
-RansacLimits LimitsOf(const TwoViewOptions& options, double max_error, double useful_inliers,
-                      size_t num_matches) {
+RansacLimits LimitsOf(TwoViewSearch search) {
   RansacLimits limits;
-  limits.max_error = max_error;
+  limits.max_error = limits::kMaxErrorPx;
   limits.confidence = kTwoViewConfidence;
-  limits.max_num_trials = options.max_num_trials;
-  limits.min_inlier_ratio = options.min_inlier_ratio;
-  if (options.limit_trials_by_outcome) {
-    const double ratio = std::min(kMaxAssumedInlierRatio, useful_inliers / num_matches);
-    limits.min_inlier_ratio = std::max(limits.min_inlier_ratio, ratio);
-  }
+  limits.max_num_trials = search == TwoViewSearch::kOnce ? kMaxTrials : kMaxTrialsOfColmap;
+  limits.min_inlier_ratio = kMinPairInlierRatio;
+  return limits;
+}
+
+// Of a search that ends where a model with so many inliers would have been found.
+RansacLimits LimitsByOutcome(double useful_inliers, size_t num_matches) {
+  RansacLimits limits = LimitsOf(TwoViewSearch::kOnce);
+  const double ratio = std::min(kMaxAssumedInlierRatio, useful_inliers / num_matches);
+  limits.min_inlier_ratio = std::max(limits.min_inlier_ratio, ratio);
   return limits;
 }
 
@@ -81,14 +86,13 @@ Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& E, const Camera&
 }
 
 // As COLMAP: a search of its own for each model, in COLMAP's order, as each draws random numbers.
-Models SearchEachModel(const Camera& camera1, const Camera& camera2, const Correspondences& c,
-                       const TwoViewOptions& options) {
+Models SearchEachModel(const Camera& camera1, const Camera& camera2, const Correspondences& c) {
   constexpr Sampling kSampling = Sampling::kUniform;
-  const RansacLimits limits = LimitsOf(options, options.max_error_px, 0, c.points1.size());
+  const RansacLimits limits = LimitsOf(TwoViewSearch::kAsColmap);
   Models models;
   if (HavePriors(camera1, camera2)) {
     RansacLimits of_essential = limits;
-    of_essential.max_error = NormalizedError(camera1, camera2, options.max_error_px);
+    of_essential.max_error = NormalizedError(camera1, camera2, limits.max_error);
     models.E = SearchEssential(of_essential, kSampling, c.normalized1, c.normalized2);
   }
   models.F = SearchFundamental(limits, kSampling, c.points1, c.points2);
@@ -97,44 +101,39 @@ Models SearchEachModel(const Camera& camera1, const Camera& camera2, const Corre
 }
 
 // Samples of the epipolar model's inliers: H matters if it explains 0.8 of them.
-RobustModel SearchHomographyWithin(const RobustModel& epipolar, const Correspondences& c,
-                                   const TwoViewOptions& options) {
+RobustModel SearchHomographyWithin(const RobustModel& epipolar, const Correspondences& c) {
   std::vector<Eigen::Vector2d> inliers1, inliers2;
   for (size_t i = 0; i < c.points1.size(); ++i) {
     if (!epipolar.inlier_mask[i]) continue;
     inliers1.push_back(c.points1[i]);
     inliers2.push_back(c.points2[i]);
   }
-  const RansacLimits limits =
-      LimitsOf(options, options.max_error_px, kMaxHInlierRatio * inliers1.size(), inliers1.size());
+  const RansacLimits limits = LimitsByOutcome(kMaxHInlierRatio * inliers1.size(), inliers1.size());
   const RobustModel H = SearchHomography(limits, Sampling::kSurestFirst, inliers1, inliers2);
   if (!H.found) return H;
-  return RefineHomography(H.matrix, c.points1, c.points2, options.max_error_px);
+  return RefineHomography(H.matrix, c.points1, c.points2, limits.max_error);
 }
 
 // One search, for the model that explains most: E with focal priors, else F. The others start from
 // what it found.
-Models SearchModels(const Camera& camera1, const Camera& camera2, const Correspondences& c,
-                    const TwoViewOptions& options) {
-  if (!options.limit_trials_by_outcome) return SearchEachModel(camera1, camera2, c, options);
+Models SearchModels(const Camera& camera1, const Camera& camera2, const Correspondences& c) {
   constexpr Sampling kSampling = Sampling::kSurestFirst;
-  const double min_inliers = options.min_num_inliers, max_error_px = options.max_error_px;
-  const RansacLimits limits = LimitsOf(options, max_error_px, min_inliers, c.points1.size());
+  const RansacLimits limits = LimitsByOutcome(kMinPairInliers, c.points1.size());
   Models models;
   if (HavePriors(camera1, camera2)) {
     RansacLimits of_essential = limits;
-    of_essential.max_error = NormalizedError(camera1, camera2, max_error_px);
+    of_essential.max_error = NormalizedError(camera1, camera2, limits.max_error);
     models.E = SearchEssential(of_essential, kSampling, c.normalized1, c.normalized2);
     if (models.E.found) {
       models.F = RefineFundamental(FundamentalFromEssential(models.E.matrix, camera1, camera2),
-                                   c.points1, c.points2, max_error_px);
+                                   c.points1, c.points2, limits.max_error);
     }
   } else {
     models.F = SearchFundamental(limits, kSampling, c.points1, c.points2);
   }
   const RobustModel& epipolar = models.F.num_inliers > models.E.num_inliers ? models.F : models.E;
-  models.H = epipolar.num_inliers >= min_inliers
-                 ? SearchHomographyWithin(epipolar, c, options)
+  models.H = epipolar.num_inliers >= kMinPairInliers
+                 ? SearchHomographyWithin(epipolar, c)
                  : SearchHomography(limits, kSampling, c.points1, c.points2);
   return models;
 }
@@ -146,10 +145,10 @@ struct Decision {
   const RobustModel* inliers_of = nullptr;
 };
 
-Decision Decide(const Models& models, double min_num_inliers) {
+Decision Decide(const Models& models) {
   const auto& [E, F, H] = models;
-  const auto supported = [min_num_inliers](const RobustModel& model) {
-    return model.found && model.num_inliers >= min_num_inliers;
+  const auto supported = [](const RobustModel& model) {
+    return model.found && model.num_inliers >= kMinPairInliers;
   };
   const bool calibrated = supported(E) && E.num_inliers > kMinEFInlierRatio * F.num_inliers;
   if (!calibrated && !supported(F)) {
@@ -221,14 +220,14 @@ bool IsRotationWithAnyFocalLengths(const Camera& camera1,
 TwoViewGeometry Conclude(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                          const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
                          const FeatureMatches& matches, const Correspondences& c,
-                         const Models& models, const TwoViewOptions& options) {
-  const Decision decision = Decide(models, options.min_num_inliers);
+                         const Models& models, TwoViewSearch search) {
+  const Decision decision = Decide(models);
   TwoViewGeometry geometry = Degenerate();
   if (!decision.inliers_of) return geometry;
   geometry.config = decision.config;
   geometry.F = models.F.matrix;
   geometry.H = models.H.matrix;
-  geometry.E = models.E.num_inliers >= options.min_num_inliers
+  geometry.E = models.E.num_inliers >= kMinPairInliers
                    ? models.E.matrix
                    : EssentialFromFundamental(models.F.matrix, camera1, camera2);
   for (size_t i = 0; i < matches.size(); ++i) {
@@ -236,13 +235,12 @@ TwoViewGeometry Conclude(const Camera& camera1, const std::vector<Eigen::Vector2
   }
   if (IsWatermark({camera1, c.points1, camera2, c.points2},
                   static_cast<size_t>(decision.inliers_of->num_inliers),
-                  decision.inliers_of->inlier_mask,
-                  LimitsOf(options, options.max_error_px, 0, c.points1.size()))) {
+                  decision.inliers_of->inlier_mask, LimitsOf(search))) {
     geometry.config = TwoViewGeometry::WATERMARK;
     return geometry;
   }
   EstimatePose(camera1, points1, camera2, points2, &geometry);
-  if (options.limit_trials_by_outcome && geometry.tri_angle > 0 &&
+  if (search == TwoViewSearch::kOnce && geometry.tri_angle > 0 &&
       IsRotationWithAnyFocalLengths(camera1, points1, camera2, points2, geometry.inlier_matches)) {
     geometry.config = TwoViewGeometry::PANORAMIC;
     geometry.tvec.setZero();
@@ -252,13 +250,6 @@ TwoViewGeometry Conclude(const Camera& camera1, const std::vector<Eigen::Vector2
 }
 
 }  // namespace
-
-Status TwoViewOptions::Check() const {
-  return FirstError({InRange("max_error", max_error_px, 0.1, 1000.0),
-                     InRange("min_inliers", min_num_inliers, 8, 10000),
-                     InRange("min_inlier_ratio", min_inlier_ratio, 0.01, 1.0),
-                     InRange("max_trials", max_num_trials, 1, 10'000'000)});
-}
 
 Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior) {
   if (width_px <= 0 || height_px <= 0 || !(focal_px > 0) || !std::isfinite(focal_px)) {
@@ -273,13 +264,13 @@ Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_p
 TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                                 const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
                                 const FeatureMatches& matches, uint32_t seed,
-                                const TwoViewOptions& options) {
-  ThrowUnlessSound(options.Check());
+                                TwoViewSearch search) {
   const Correspondences c = Gather(camera1, points1, camera2, points2, matches);
-  if (matches.size() < static_cast<size_t>(options.min_num_inliers)) return Degenerate();
+  if (matches.size() < static_cast<size_t>(kMinPairInliers)) return Degenerate();
   SetRandomSeed(seed);
-  return Conclude(camera1, points1, camera2, points2, matches, c,
-                  SearchModels(camera1, camera2, c, options), options);
+  const Models models = search == TwoViewSearch::kOnce ? SearchModels(camera1, camera2, c)
+                                                       : SearchEachModel(camera1, camera2, c);
+  return Conclude(camera1, points1, camera2, points2, matches, c, models, search);
 }
 
 Eigen::Matrix3d EpipolarModel(const Camera& camera1, const Camera& camera2,

@@ -22,7 +22,6 @@
 #include <vector>
 
 #include "core/limits.h"
-#include "core/result.h"
 #include "sfm/camera.h"
 #include "sfm/feature_match.h"
 #include "sfm/two_view_geometry.h"
@@ -32,17 +31,13 @@ namespace skein {
 // That a search finds the model, if there is one: COLMAP's.
 constexpr double kTwoViewConfidence = 0.999;
 
-struct TwoViewOptions {
-  double max_error_px = limits::kMaxErrorPx;
-  double min_inlier_ratio = 0.25;
-  int max_num_trials = 1000;
-  int min_num_inliers = 15;
+// Inliers of a verified pair, and the smallest share of them that a search finds: COLMAP's.
+constexpr int kMinPairInliers = 15;
+constexpr double kMinPairInlierRatio = 0.25;
 
-  // Off: COLMAP's three searches with its own limits; the result is COLMAP's to the bit (for
-  // comparison).
-  bool limit_trials_by_outcome = true;
-
-  Status Check() const;
+enum class TwoViewSearch {
+  kOnce,      // one search, at most 1,000 trials
+  kAsColmap,  // three searches, at most 10,000 trials: COLMAP's result to the bit (for comparison)
 };
 
 // SIMPLE_RADIAL without distortion, principal point in the middle. Throws std::invalid_argument
@@ -50,7 +45,7 @@ struct TwoViewOptions {
 Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_prior);
 
 // Points are full-resolution pixels, one a keypoint. `matches`: the surest first. Matches index the
-// points and must be in range (throws std::invalid_argument, as on nonsensical options). E is used
+// points and must be in range (throws std::invalid_argument). E is used
 // when both cameras have a focal prior. Deterministic by `seed`. The result has
 //
 //   config          DEGENERATE or WATERMARK when the pair is not verified
@@ -63,7 +58,7 @@ Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_p
 TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                                 const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
                                 const FeatureMatches& matches, uint32_t seed,
-                                const TwoViewOptions& options);
+                                TwoViewSearch search = TwoViewSearch::kOnce);
 
 // F between pixels of the model that explains the pair: from E where E does.
 Eigen::Matrix3d EpipolarModel(const Camera& camera1, const Camera& camera2,

@@ -52,9 +52,9 @@ class TwoView : public testing::Test {
     place.AddPose(Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero());
     place.AddPose(scene.R, -(scene.R.transpose() * t));
     SyntheticOptions options;
-    options.width_px = kWidthPx;
-    options.height_px = kHeightPx;
-    options.focal_px = kFocalPx;
+    options.camera.width_px = kWidthPx;
+    options.camera.height_px = kHeightPx;
+    options.camera.focal_px = kFocalPx;
     options.num_clutter = num_false;
     Photograph(options, &random_, &place);
     scene.points1 = PixelsOf(place.photos[0]);
@@ -69,14 +69,13 @@ class TwoView : public testing::Test {
     return scene;
   }
 
-  TwoViewGeometry Estimate(const Scene& scene, bool prior = true) {
+  TwoViewGeometry Estimate(const Scene& scene, bool prior = true,
+                           TwoViewSearch search = TwoViewSearch::kOnce) {
     const Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
-    return EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5,
-                           options_);
+    return EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, search);
   }
 
   std::mt19937 random_{42};
-  TwoViewOptions options_;
 };
 
 TEST_F(TwoView, FindsPoseOfCalibratedPair) {
@@ -119,7 +118,7 @@ TEST_F(TwoView, PureRotationIsKnownWithoutFocalPrior) {
   for (const double factor : {0.7, 1.0, 1.5}) {
     const Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
     const TwoViewGeometry geometry =
-        EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_);
+        EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5);
     EXPECT_EQ(geometry.config, TwoViewGeometry::PANORAMIC) << factor;
     EXPECT_EQ(geometry.tri_angle, 0) << factor;
     EXPECT_TRUE(IsVerified(geometry)) << factor;
@@ -131,8 +130,7 @@ TEST_F(TwoView, AWallBeforeAMovingCameraIsNoRotationWithoutFocalPrior) {
   for (const double factor : {0.7, 1.0, 1.5}) {
     const Camera camera = PriorCamera(kWidthPx, kHeightPx, factor * kFocalPx, false);
     EXPECT_GT(
-        EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_)
-            .tri_angle,
+        EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5).tri_angle,
         0.01)
         << factor;
   }
@@ -207,8 +205,6 @@ TEST_F(TwoView, RefusesBrokenInput) {
   EXPECT_THROW(Estimate(scene), std::invalid_argument);
   EXPECT_THROW(PriorCamera(0, 5, 100, true), std::invalid_argument);
   EXPECT_THROW(PriorCamera(5, 5, std::nan(""), true), std::invalid_argument);
-  options_.max_error_px = 0;
-  EXPECT_THROW(Estimate(Scene()), std::invalid_argument);
 }
 
 TEST_F(TwoView, IsDeterministic) {
@@ -241,13 +237,11 @@ void ExpectSameInliers(const TwoViewGeometry& a, const TwoViewGeometry& b) {
 }
 
 TEST_F(TwoView, EqualsColmap) {
-  options_.limit_trials_by_outcome = false;
-  options_.max_num_trials = 10000;
   for (const bool prior : {true, false}) {
     for (const bool planar : {true, false}) {
       for (const int num_false : {0, 30, 150}) {
         const Scene scene = MakeScene(100, num_false, Eigen::Vector3d(-1, 0.1, 0.1), planar);
-        const TwoViewGeometry ours = Estimate(scene, prior);
+        const TwoViewGeometry ours = Estimate(scene, prior, TwoViewSearch::kAsColmap);
         const TwoViewGeometry expected = EstimateByColmap(scene, prior);
         ExpectSameInliers(ours, expected);
         if (prior) {
@@ -283,7 +277,7 @@ TEST_F(TwoView, FindsFundamentalMatrixWhereThePriorIsWrong) {
   const Scene scene = MakeScene(300, 30, Eigen::Vector3d(-1, 0.4, 0.6), false);
   const Camera camera = PriorCamera(kWidthPx, kHeightPx, 1.6 * kFocalPx, true);
   const TwoViewGeometry geometry =
-      EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, options_);
+      EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5);
   EXPECT_TRUE(IsVerified(geometry));
   EXPECT_GE(geometry.inlier_matches.size(), 290u);
 }

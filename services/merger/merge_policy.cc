@@ -4,8 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/option_check.h"
-
 namespace skein {
 namespace {
 
@@ -17,10 +15,9 @@ constexpr double kGrowth = 1.5;  // of the photos, before what failed is tried a
 
 }  // namespace
 
-void MergeEvidence::Note(const SubmapDirectory::Overlaps& overlaps, int min_shared_images,
-                         int64_t utime_us) {
+void MergeEvidence::Note(const SubmapDirectory::Overlaps& overlaps, int64_t utime_us) {
   for (const auto& [pair, overlap] : overlaps) {
-    if (overlap.size() >= min_shared_images) since_utime_us_.emplace(pair, utime_us);
+    if (overlap.size() >= kMinSharedImages) since_utime_us_.emplace(pair, utime_us);
   }
 }
 
@@ -77,14 +74,10 @@ std::vector<int64_t> MergePolicy::BestOf(const SubmapDirectory& directory,
   return directory.WithNeighbours(pair, std::move(images), kMaxLinkedImages);
 }
 
-Status MergeOptions::Check() const {
-  return InRange("min_shared_images", min_shared_images, 3, 1000);
-}
-
 std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
                                               bool finishing) const {
-  if (!options_.enabled) return std::nullopt;
-  const int min_shared = finishing ? kMinSharedWhenFinishing : options_.min_shared_images;
+  if (!enabled_) return std::nullopt;
+  const int min_shared = finishing ? kMinSharedWhenFinishing : kMinSharedImages;
   const SessionState& session = directory.session();
   const Failures failures = FailuresOf(session);
   std::optional<MergeAttempt> best;
@@ -118,8 +111,7 @@ bool MergePolicy::IsBetterReversed(const MergeAttempt& attempt, const std::vecto
     return std::count_if(inliers.begin(), inliers.end(),
                          [&](int64_t id) { return submap.IsRegistered(id); });
   };
-  const auto needed =
-      std::min<std::ptrdiff_t>(options_.min_shared_images, static_cast<int>(inliers.size()));
+  const auto needed = std::min<std::ptrdiff_t>(kMinSharedImages, static_cast<int>(inliers.size()));
   return num_in(attempt.source_id) < needed && num_in(attempt.target_id) >= needed &&
          !WasTried(FailuresOf(session), {attempt.target_id, attempt.source_id}, attempt.num_images,
                    true);

@@ -13,17 +13,11 @@
 #include <utility>
 #include <vector>
 
-#include "core/result.h"
 #include "merger/submap_directory.h"
 
 namespace skein {
 
-struct MergeOptions {
-  bool enabled = true;
-  int min_shared_images = 3;  // N_si; shared or linked
-
-  Status Check() const;
-};
+constexpr int kMinSharedImages = 3;  // N_si of the paper; shared or linked
 
 struct MergeAttempt {
   int64_t source_id = 0;
@@ -39,7 +33,7 @@ struct MergeAttempt {
 class MergeEvidence {
  public:
   // The session's state is of `utime_us`.
-  void Note(const SubmapDirectory::Overlaps& overlaps, int min_shared_images, int64_t utime_us);
+  void Note(const SubmapDirectory::Overlaps& overlaps, int64_t utime_us);
   // Evidence of the source passes to the target.
   void OnMerged(int64_t source_id, int64_t target_id);
   // 0 if there is none.
@@ -51,9 +45,10 @@ class MergeEvidence {
 
 class MergePolicy {
  public:
-  explicit MergePolicy(const MergeOptions& options) : options_(options) {}
+  // `enabled`: false leaves all submaps apart.
+  explicit MergePolicy(bool enabled) : enabled_(enabled) {}
 
-  const MergeOptions& options() const { return options_; }
+  bool is_enabled() const { return enabled_; }
 
   // The pair with most such photos first; nullopt if there is nothing to do. Equal ledgers give
   // equal attempts.
@@ -78,7 +73,7 @@ class MergePolicy {
   bool WasTried(const Failures& failures, const Direction& direction, int num_images,
                 bool finishing) const;
 
-  const MergeOptions options_;
+  const bool enabled_;
 };
 
 }  // namespace skein

@@ -23,8 +23,8 @@ class TwoSubmaps : public TestLedger {
   void OrderAndUndo(int64_t source_id, int64_t target_id) {
     MergeStep(Order(source_id, target_id, num_shared_), merge_t::UNDONE);
   }
-  std::optional<MergeAttempt> Next(bool finishing, const MergeOptions& options = {}) const {
-    return MergePolicy(options).Next(SubmapDirectory(state()), finishing);
+  std::optional<MergeAttempt> Next(bool finishing, bool enabled = true) const {
+    return MergePolicy(enabled).Next(SubmapDirectory(state()), finishing);
   }
 
  private:
@@ -63,7 +63,7 @@ TEST(MergePolicy, TheOtherWayRoundIfTheTargetCouldNotSeeWhatAgrees) {
   TwoSubmaps ledger(0);
   const MergeAttempt attempt{2, 1, {}, 4, 0};
   const auto is_reversed = [&](const std::vector<int64_t>& inliers) {
-    return MergePolicy({}).IsBetterReversed(attempt, inliers, SubmapDirectory(ledger.state()));
+    return MergePolicy(true).IsBetterReversed(attempt, inliers, SubmapDirectory(ledger.state()));
   };
   EXPECT_FALSE(is_reversed({11, 12, 13}));
   EXPECT_FALSE(is_reversed({1, 2, 11, 12, 13}));
@@ -175,11 +175,7 @@ TEST(MergePolicy, WhatFailedBeforeTheMapsWereWorkedOverIsTriedOnceMore) {
   EXPECT_FALSE(ledger.Next(true));
 }
 
-TEST(MergePolicy, SwitchedOffNothingMerges) {
-  MergeOptions options;
-  options.enabled = false;
-  EXPECT_FALSE(TwoSubmaps(5).Next(true, options));
-}
+TEST(MergePolicy, SwitchedOffNothingMerges) { EXPECT_FALSE(TwoSubmaps(5).Next(true, false)); }
 
 // Its photos that come with it are told of by the target, before DONE.
 TEST(SubmapDirectory, OverlapsAreOfTheSessionAsItIsNow) {
@@ -198,17 +194,17 @@ Overlap OverlapOf(int num_images) {
 
 TEST(MergeEvidence, IsOfTheTimeWhenEnoughPhotosFirstWereThere) {
   MergeEvidence evidence;
-  evidence.Note({{{1, 2}, OverlapOf(2)}}, 3, 10);
+  evidence.Note({{{1, 2}, OverlapOf(2)}}, 10);
   EXPECT_EQ(evidence.UtimeOf(1, 2), 0);
-  evidence.Note({{{1, 2}, OverlapOf(3)}}, 3, 20);
-  evidence.Note({{{1, 2}, OverlapOf(5)}}, 3, 30);
+  evidence.Note({{{1, 2}, OverlapOf(3)}}, 20);
+  evidence.Note({{{1, 2}, OverlapOf(5)}}, 30);
   EXPECT_EQ(evidence.UtimeOf(2, 1), 20);
 }
 
 TEST(MergeEvidence, OfAMergesSourcePassesToItsTarget) {
   MergeEvidence evidence;
-  evidence.Note({{{1, 2}, OverlapOf(3)}, {{2, 3}, OverlapOf(3)}}, 3, 10);
-  evidence.Note({{{1, 3}, OverlapOf(3)}}, 3, 20);
+  evidence.Note({{{1, 2}, OverlapOf(3)}, {{2, 3}, OverlapOf(3)}}, 10);
+  evidence.Note({{{1, 3}, OverlapOf(3)}}, 20);
   evidence.OnMerged(2, 1);
   EXPECT_EQ(evidence.UtimeOf(1, 3), 10);
   EXPECT_EQ(evidence.UtimeOf(1, 2), 0);

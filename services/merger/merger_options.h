@@ -1,9 +1,6 @@
 #pragma once
 
 #include "core/result.h"
-#include "geometry/sim3_ransac.h"
-#include "merger/merge_policy.h"
-#include "merger/seed_policy.h"
 
 namespace CLI {
 class App;
@@ -12,9 +9,7 @@ class App;
 namespace skein {
 
 struct MergerOptions {
-  SeedOptions seed;
-  MergeOptions merge;
-  Sim3Options sim3;
+  bool merge = true;                // submaps that overlap
   double wait_for_mapper_s = 15.0;  // when finishing, for one that could take a seed
 
   Status Check() const;

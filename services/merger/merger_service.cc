@@ -66,7 +66,6 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
     : node_(node),
       options_(options),
       mappers_wanted_(node, "submap"),
-      seeds_(options.seed),
       merges_(options.merge),
       active_s_(node.loop().now_s()),
       next_request_id_(RandomRequestId()),
@@ -192,8 +191,7 @@ void MergerService::Decide() {
 }
 
 void MergerService::NoteEvidence() {
-  evidence_.Note(directory_.FindOverlaps(), merges_.options().min_shared_images,
-                 session_.last_utime_us());
+  evidence_.Note(directory_.FindOverlaps(), session_.last_utime_us());
 }
 
 SeedSituation MergerService::Situation() const {
@@ -256,7 +254,7 @@ void MergerService::TrySettle() {
 // pairs at once makes most of them needless. True while it is waited for.
 bool MergerService::TryBatch() {
   const FinishState& finish = session_.finish();
-  if (!merges_.options().enabled || finish.batch_seq != 0 || finish.is_cut()) return false;
+  if (!merges_.is_enabled() || finish.batch_seq != 0 || finish.is_cut()) return false;
   if (!HasDividedPlace(FindPlaces(session_))) return false;
   if (directory_.NumOpenMerges() == 0 && EverySubmapWorkedUpTo(settle_seq_))
     SubmitFinish(finish_t::BATCH);
@@ -324,7 +322,7 @@ void MergerService::ComputeEstimate() {
   const MergeAttempt attempt = estimate_->attempt;
   const Bytes source = *estimate_->blobs.at(attempt.source_id);
   const Bytes target = *estimate_->blobs.at(attempt.target_id);
-  Sim3Options options = options_.sim3;
+  Sim3Options options;
   options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
   const double started_s = estimate_->started_s;
   const bool finishing = IsFinishing();

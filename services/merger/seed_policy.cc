@@ -8,13 +8,13 @@
 #include "core/angles.h"
 #include "core/disjoint_sets.h"
 #include "core/limits.h"
-#include "core/option_check.h"
 #include "covisibility/covisibility.h"
 #include "session/submap_steps.h"
 
 namespace skein {
 namespace {
 
+constexpr int kMinSeedInliers = 100;        // COLMAP's init_min_num_inliers
 constexpr int kMinInliersAtLast = 50;       // when finishing and nothing better is left
 constexpr double kMaxForwardMotion = 0.95;  // COLMAP's init_max_forward_motion
 // A relaxation of limits::kInitialAnglesDeg applies after so many quiet seconds. All apply when the
@@ -48,12 +48,6 @@ bool HasFailedMappers(const SessionState& session, int64_t image_id) {
 }
 
 }  // namespace
-
-Status SeedOptions::Check() const { return InRange("seed_min_inliers", min_inliers, 15, 100'000); }
-
-SeedPolicy::SeedPolicy(const SeedOptions& options) : options_(options) {
-  ThrowUnlessSound(options.Check());
-}
 
 void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
   refused_.insert(std::minmax(image_id1, image_id2));
@@ -159,15 +153,14 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
   const size_t last_step = RelaxationOf(situation);
   for (size_t step = 0; step <= last_step; ++step) {
     const double min_angle_rad = DegToRad(limits::kInitialAnglesDeg[step]);
-    const auto best = BestPair(orphans, min_angle_rad, options_.min_inliers, directory);
+    const auto best = BestPair(orphans, min_angle_rad, kMinSeedInliers, directory);
     if (best) return best;
   }
   const double least_angle_rad = DegToRad(limits::kInitialAnglesDeg.back());
   if (situation.finishing) {
-    const int min_inliers = std::min(kMinInliersAtLast, options_.min_inliers);
-    return BestPair(orphans, least_angle_rad, min_inliers, directory);
+    return BestPair(orphans, least_angle_rad, kMinInliersAtLast, directory);
   }
-  const auto best = BestPair(orphans, least_angle_rad, options_.min_inliers, directory);
+  const auto best = BestPair(orphans, least_angle_rad, kMinSeedInliers, directory);
   return best && IsOutlasted(*best, orphans, directory.session()) ? best : std::nullopt;
 }
 

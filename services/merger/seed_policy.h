@@ -14,16 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/result.h"
 #include "merger/submap_directory.h"
 
 namespace skein {
-
-struct SeedOptions {
-  int min_inliers = 100;  // when finishing and nothing better is left, at most kMinInliersAtLast
-
-  Status Check() const;
-};
 
 struct SeedSituation {
   double quiet_s = 0.0;    // since the last photo was accepted or matched, 0 while one is in flight
@@ -40,8 +33,6 @@ struct SeedChoice {
 
 class SeedPolicy {
  public:
-  explicit SeedPolicy(const SeedOptions& options);  // throws std::invalid_argument
-
   // Ingest would not have this seed: never again.
   void OnRefused(int64_t image_id1, int64_t image_id2);
 
@@ -68,7 +59,6 @@ class SeedPolicy {
                                      const SubmapDirectory& directory,
                                      const SeedSituation& situation) const;
 
-  const SeedOptions options_;
   std::set<std::pair<int64_t, int64_t>> refused_;  // images, smaller id first
 };
 

@@ -35,7 +35,7 @@ class SeedPolicyTest : public testing::Test {
 
   TestLedger ledger_;
   SubmapDirectory directory_{ledger_.state()};
-  SeedPolicy policy_{SeedOptions()};
+  SeedPolicy policy_;
 
  private:
   std::optional<SeedChoice> Choose(double quiet_s, bool finishing) const {
@@ -245,12 +245,6 @@ TEST_F(SeedPolicyTest, AFailedSeedIsNotTriedAgain) {
   EXPECT_FALSE(Finishing());
   ledger_.Matches(3, {Pair(2, 200, 20)});
   EXPECT_TRUE(Finishing());
-}
-
-TEST(SeedPolicy, RefusesNonsenseOptions) {
-  SeedOptions options;
-  options.min_inliers = 14;
-  EXPECT_THROW(SeedPolicy{options}, std::invalid_argument);
 }
 
 }  // namespace skein::seed_policy_test

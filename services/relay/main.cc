@@ -37,7 +37,7 @@ skein::RelayOptions OfPort(int port, const skein::RelayProgramOptions& options) 
   skein::RelayOptions of_port;
   of_port.port = port;
   if (port != options.ports.front()) of_port.max_messages_per_s = kMaxBulkMessagesPerS;
-  of_port.max_queued_bytes = options.max_queue_mib << 20;
+  of_port.memory.max_queued_bytes = options.max_queue_mib << 20;
   of_port.loopback = options.loopback;
   of_port.max_clients =
       std::min(options.max_clients, MaxClients() / static_cast<int>(options.ports.size()));
@@ -52,7 +52,7 @@ void Run(const skein::RelayProgramOptions& options) {
   loop.StopOnSignals();
   const skein::SignOfLife sign_of_life(loop);
   std::optional<skein::RelaySession> session;
-  if (!options.session_dir.empty()) session.emplace(options);
+  if (!options.node.session_dir.empty()) session.emplace(options.node);
   std::vector<std::unique_ptr<skein::Relay>> relays;
   for (const int port : options.ports) {
     skein::RelayOptions of_port = OfPort(port, options);
@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
     return *code;
   }
   try {
-    skein::InitLog(options.instance, options.verbose);
+    skein::InitLog(options.node.instance, options.node.verbose);
     Run(options);
     return 0;
   } catch (const std::invalid_argument& error) {

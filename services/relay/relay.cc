@@ -407,14 +407,14 @@ void Relay::Forward(const Client& from, const tcpq::Frame& frame) {
 }
 
 void Relay::KeepWithinMemory() {
-  while (unfinished_bytes_ > options_.max_unfinished_bytes) {
+  while (unfinished_bytes_ > options_.memory.max_unfinished_bytes) {
     const auto largest =
         std::max_element(clients_.begin(), clients_.end(), [](const auto& a, const auto& b) {
           return a.second.parser.held_bytes() < b.second.parser.held_bytes();
         });
     Expel(largest->first, "unfinished messages take too much memory, and most of it is its own");
   }
-  while (*queued_bytes_ > options_.max_held_bytes && !clients_.empty()) DropMostQueued();
+  while (*queued_bytes_ > options_.memory.max_held_bytes && !clients_.empty()) DropMostQueued();
 }
 
 // Clients that stopped at different times hold different messages. What is being sent cannot be

@@ -264,7 +264,7 @@ TEST_F(RelayLimits, AMessageAboveTheLargestIsRefusedAtItsHead) {
 // 30 messages of 64 MiB that did not end took 1.8 GB.
 TEST_F(RelayLimits, UnfinishedMessagesTakeBoundedMemory) {
   RelayOptions options;
-  options.max_unfinished_bytes = 4 << 20;
+  options.memory.max_unfinished_bytes = 4 << 20;
   Start(options);
   RawClient& good = Join();
   size_t most = 0;
@@ -278,7 +278,7 @@ TEST_F(RelayLimits, UnfinishedMessagesTakeBoundedMemory) {
     }));
     Settle();
   }
-  EXPECT_LE(most, options.max_unfinished_bytes);
+  EXPECT_LE(most, options.memory.max_unfinished_bytes);
   EXPECT_GT(relay_->counters().num_expelled, 10);
   const int heard = good.NumHeard();
   good.Publish("A", 30'000);
@@ -358,7 +358,7 @@ TEST_F(RelayLimits, AnAddressPushesOutItsOwn) {
 
 TEST_F(RelayLimits, QueuesTakeBoundedMemoryInAll) {
   RelayOptions options;
-  options.max_held_bytes = 2 << 20;
+  options.memory.max_held_bytes = 2 << 20;
   Start(options);
   for (int i = 0; i < 4; ++i) {
     RawClient& deaf = Connect();  // it reads nothing
@@ -376,13 +376,13 @@ TEST_F(RelayLimits, QueuesTakeBoundedMemoryInAll) {
   }));
   sending.join();
   EXPECT_GT(relay_->counters().num_dropped, 0);
-  EXPECT_LE(most, options.max_held_bytes + 600'000) << "and a message that is not whole";
+  EXPECT_LE(most, options.memory.max_held_bytes + 600'000) << "and a message that is not whole";
 }
 
 // Each holds the rest of another large message.
 TEST_F(RelayLimits, MessagesThatAreBeingSentTakeBoundedMemoryToo) {
   RelayOptions options;
-  options.max_held_bytes = 8 << 20;
+  options.memory.max_held_bytes = 8 << 20;
   Start(options);
   for (int i = 0; i < 8; ++i) {
     RawClient& deaf = Connect();
@@ -400,7 +400,7 @@ TEST_F(RelayLimits, MessagesThatAreBeingSentTakeBoundedMemoryToo) {
   }));
   sending.join();
   EXPECT_GT(relay_->counters().num_expelled, 0);
-  EXPECT_LE(most, options.max_held_bytes + (8 << 20)) << "and a message that is not whole";
+  EXPECT_LE(most, options.memory.max_held_bytes + (8 << 20)) << "and a message that is not whole";
   EXPECT_TRUE(sender.IsOpen());
 }
 

@@ -16,7 +16,7 @@ Status RelayProgramOptions::Check() const {
       return status;
     }
   }
-  if (session_dir.empty() != lcm_url.empty()) {
+  if (node.session_dir.empty() != node.lcm_url.empty()) {
     return InvalidArgument("--session and --lcm-url go together: the session's folder and its URL");
   }
   return FirstError({InRange<size_t>("max_queue_mib", max_queue_mib, 1, 1024),
@@ -33,12 +33,12 @@ Program RelayProgram(RelayProgramOptions* options) {
     app.add_option("port,--port", options->ports, "TCP ports, each a network of its own")
         ->capture_default_str();
     app.add_flag("--loopback", options->loopback, "Listen to this host alone");
-    app.add_option("--session", options->session_dir,
+    app.add_option("--session", options->node.session_dir,
                    "Folder of the session that it serves: it then forwards what the session's keys "
                    "permit, and tells how it is");
-    app.add_option("--lcm-url", options->lcm_url,
+    app.add_option("--lcm-url", options->node.lcm_url,
                    "The session's URL; with tcpqs://HOST:PORT the ports speak TLS");
-    app.add_option("--auth", options->auth,
+    app.add_option("--auth", options->node.auth,
                    "Messages without a signature: off (no signature is looked at), warn (only what "
                    "anybody may say) or require (none); default: require where the URL leaves this "
                    "host, else warn")
@@ -46,9 +46,9 @@ Program RelayProgram(RelayProgramOptions* options) {
     app.add_option("--watch-port", options->watch_port,
                    "A further port for lcm-spy and lcm-logger on this host: in the clear, with all "
                    "messages of the first port; what is published there is dropped");
-    app.add_option("--instance", options->instance, "Its name in the session")
+    app.add_option("--instance", options->node.instance, "Its name in the session")
         ->capture_default_str();
-    app.add_flag("--verbose", options->verbose, "Log who comes and goes");
+    app.add_flag("--verbose", options->node.verbose, "Log who comes and goes");
   };
   program.add_options = [options](CLI::App& app) {
     app.add_option("--max-queue-mib", options->max_queue_mib,

@@ -22,7 +22,7 @@ T Need(Result<T> result) {
 }
 
 // As a viewer: of all that is said in a session, it may say its heartbeat.
-SessionAccess OpenAccess(const RelayProgramOptions& options) {
+SessionAccess OpenAccess(const NodeOptions& options) {
   const Session session = Need(OpenOrCreateSession(options.session_dir));
   return Need(OpenSessionKeys(session.paths.Keys().string(), session.session_id, Role::kViewer,
                               options.instance));
@@ -34,7 +34,7 @@ std::string CountOf(int64_t count, const char* what) {
 
 }  // namespace
 
-RelaySession::RelaySession(const RelayProgramOptions& options)
+RelaySession::RelaySession(const NodeOptions& options)
     : instance_(options.instance),
       url_(ParseLcmUrl(options.lcm_url)),
       auth_(AuthOf(options.auth, url_)),

@@ -9,7 +9,6 @@
 #include "auth/session_keys.h"
 #include "node/node.h"
 #include "relay/relay.h"
-#include "relay/relay_options.h"
 #include "transport/bus.h"
 
 namespace skein {
@@ -19,7 +18,7 @@ class RelaySession {
   // Makes the folder, its keys and, for a tcpqs URL, the certificate where they are missing. Throws
   // std::invalid_argument for options that do not fit, std::runtime_error for a folder that is of
   // no use; both say what to do.
-  explicit RelaySession(const RelayProgramOptions& options);
+  explicit RelaySession(const NodeOptions& options);
 
   // nullopt for a URL without TLS.
   std::optional<TlsContext> Tls() const;

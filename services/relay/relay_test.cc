@@ -21,8 +21,8 @@ constexpr char kUrl[] = "tcpq://127.0.0.1:7700";
 
 void RunRelays() {
   PollLoop loop;
-  Relay main_relay(loop, {kPort, 8 << 20});
-  Relay bulk_relay(loop, {kPort + 1, 8 << 20});
+  Relay main_relay(loop, {kPort});
+  Relay bulk_relay(loop, {kPort + 1});
   loop.Run();
 }
 
@@ -140,7 +140,7 @@ TEST_F(RelayTest, CarriesMessagesThroughTls) {
   const auto certificate = OpenRelayCertificate((folder / "keys").string());
   ASSERT_TRUE(certificate.ok()) << certificate.error();
   PollLoop loop;
-  RelayOptions options{kPort, 8 << 20};
+  RelayOptions options{kPort};
   options.tls = TlsContext::ForRelay(*certificate);
   Relay relay(loop, options);
   Bus bus("tcpqs://127.0.0.1:7700?pin=" + certificate->pin, loop);
@@ -159,7 +159,7 @@ TEST_F(RelayTest, OverTlsOneStoppedClientStallsNobodyElse) {
   ASSERT_TRUE(certificate.ok()) << certificate.error();
   const Child relays([&] {
     PollLoop loop;
-    RelayOptions options{kPort, 8 << 20};
+    RelayOptions options{kPort};
     options.tls = TlsContext::ForRelay(*certificate);
     Relay relay(loop, options);
     loop.Run();
@@ -177,7 +177,7 @@ TEST_F(RelayTest, OverTlsOneStoppedClientStallsNobodyElse) {
 
 TEST_F(RelayTest, WhoListensOnTheWatchPortIsNotHeard) {
   PollLoop loop;
-  RelayOptions options{kPort, 8 << 20};
+  RelayOptions options{kPort};
   options.watch_port = 0;
   Relay relay(loop, options);
   Bus bus(kUrl, loop);
@@ -210,8 +210,7 @@ TEST_F(RelayTest, ForwardsNothingUnsignedWhereSignaturesAreRequired) {
                        {}, NowUs);
   };
   PollLoop loop;
-  Relay relay(loop, {kPort, 8 << 20},
-              std::make_unique<RelayGuard>(seal(Role::kViewer, "relay"), false));
+  Relay relay(loop, {kPort}, std::make_unique<RelayGuard>(seal(Role::kViewer, "relay"), false));
   Bus chief(kUrl, loop), nobody(kUrl, loop);
   chief.SetSeal(std::make_unique<MessageSeal>(seal(Role::kOperator, "chief")), false);
   int heard = 0;
@@ -261,13 +260,13 @@ class MembersRelayTest : public RelayTest {
   const SigningKey root_ = SigningKey::Generate();
   const TestFolder folder_;
   PollLoop loop_;
-  RelayOptions options_{kPort, 8 << 20};
+  RelayOptions options_{kPort};
   std::string pin_;
 };
 
 TEST_F(MembersRelayTest, WhoHasNoCredentialHearsNothing) {
   const auto relay = MakeRelay(kPort);
-  Relay bulk_relay(loop_, {kPort + 1, 8 << 20});  // none of its clients has TLS
+  Relay bulk_relay(loop_, {kPort + 1});  // none of its clients has TLS
   const std::string url = UrlOf(kPort);
   Bus speaker(url, loop_), member(url, loop_), nobody(url, loop_);
   speaker.SetSeal(std::make_unique<MessageSeal>(SealOf("speaker")), false);
@@ -332,7 +331,7 @@ TEST_F(RelayTest, CostOfTlsAndSignaturesMeasured) {
     for (const bool is_guarded : {false, true}) {
       const Child relay_process([&] {
         PollLoop loop;
-        RelayOptions options{kPort, 8 << 20};
+        RelayOptions options{kPort};
         if (is_encrypted) options.tls = TlsContext::ForRelay(*certificate);
         Relay relay(loop, options,
                     is_guarded ? std::make_unique<RelayGuard>(std::move(*seal()), false) : nullptr);
@@ -358,7 +357,7 @@ TEST_F(RelayTest, CostOfTlsAndSignaturesMeasured) {
 
 TEST_F(RelayTest, HangsUpOnWhoSpeaksAnotherProtocol) {
   PollLoop loop;
-  Relay relay(loop, {0, 1 << 20});
+  Relay relay(loop, {});
   const int fd = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
   sockaddr_in address{};
   address.sin_family = AF_INET;

@@ -68,9 +68,8 @@ size_t SearchBreadth(size_t ef, size_t size) {
 
 struct HnswIndex::Graph {
   Graph(size_t dim, const HnswOptions& o)
-      : space(dim), hnsw(&space, o.initial_capacity, kM, o.ef_construction) {}
-  Graph(size_t dim, const HnswOptions& o, const std::string& path)
-      : space(dim), hnsw(&space, path, o.initial_capacity) {}
+      : space(dim), hnsw(&space, kInitialCapacity, kM, o.ef_construction) {}
+  Graph(size_t dim, const std::string& path) : space(dim), hnsw(&space, path, kInitialCapacity) {}
 
   const HnswGraph::Node* Find(int64_t id) const {
     const auto found = hnsw.label_lookup_.find(static_cast<hnswlib::labeltype>(id));
@@ -82,7 +81,10 @@ struct HnswIndex::Graph {
 };
 
 HnswIndex::HnswIndex(size_t dim, const HnswOptions& options)
-    : dim_(dim), options_(options), graph_(std::make_unique<Graph>(dim, options)) {}
+    : HnswIndex(dim, options, std::make_unique<Graph>(dim, options)) {}
+
+HnswIndex::HnswIndex(size_t dim, const HnswOptions& options, std::unique_ptr<Graph> graph)
+    : dim_(dim), options_(options), graph_(std::move(graph)) {}
 
 HnswIndex::~HnswIndex() = default;
 HnswIndex::HnswIndex(HnswIndex&&) noexcept = default;
@@ -193,10 +195,7 @@ Result<HnswIndex> HnswIndex::Decode(const Bytes& bytes, size_t dim, const HnswOp
   try {
     MemoryFile file;
     file.Write(bytes);
-    HnswIndex index(dim, HnswOptions{options.ef_construction, options.ef_search, 1, false});
-    index.graph_ = std::make_unique<Graph>(dim, options, file.path());
-    index.options_ = options;
-    return index;
+    return HnswIndex(dim, options, std::make_unique<Graph>(dim, file.path()));
   } catch (const std::runtime_error& e) {
     return DataLoss(e.what());
   }

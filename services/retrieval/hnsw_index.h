@@ -14,10 +14,11 @@ namespace skein {
 
 struct HnswOptions {
   size_t ef_construction = 200;
-  size_t ef_search = 200;            // SearchBreadth; at least as broad as insertion's
-  size_t initial_capacity = 10'000;  // grows by doubling
-  bool exact = false;                // search by scanning all vectors
+  size_t ef_search = 200;  // SearchBreadth; at least as broad as insertion's
+  bool exact = false;      // search by scanning all vectors
 };
+
+constexpr size_t kInitialCapacity = 10'000;  // of an index; grows by doubling
 
 // Breadth of a search among `size` photos: ef up to 100,000, then ef more with each tenfold. In a
 // large index more photos are near by chance.
@@ -89,6 +90,7 @@ class HnswIndex {
 
  private:
   struct Graph;
+  HnswIndex(size_t dim, const HnswOptions& options, std::unique_ptr<Graph> graph);
 
   Nodes Scan(const Int8Vector& vector) const;
   Nodes FoundBy(const Search& search) const;

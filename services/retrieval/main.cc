@@ -5,7 +5,7 @@
 int main(int argc, char** argv) {
   skein::NodeOptions node_options;
   node_options.service = "retrieval";
-  skein::RetrievalServiceOptions options;
+  skein::RetrievalOptions options;
   const char* description = "Finds the photos most like each new one, by their global descriptors.";
   if (const auto code =
           skein::ParseServiceOptions(description, argc, argv, &node_options, &options)) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include "core/result.h"
 #include "retrieval/retrieval_state.h"
 
 namespace CLI {
@@ -9,14 +8,7 @@ class App;
 
 namespace skein {
 
-struct RetrievalServiceOptions {
-  RetrievalOptions retrieval;
-  double checkpoint_period_s = 10;
-
-  Status Check() const;
-};
-
 // [retrieval] of a config file.
-void AddOptions(CLI::App& app, RetrievalServiceOptions* options);
+void AddOptions(CLI::App& app, RetrievalOptions* options);
 
 }  // namespace skein

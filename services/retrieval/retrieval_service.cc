@@ -17,6 +17,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kTickPeriodS = 0.2;
+constexpr double kCheckpointPeriodS = 10;
 constexpr double kCheckpointPause = 20;  // times what the last one took
 
 fs::path CheckpointPath(const Node& node) {
@@ -45,7 +46,7 @@ void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
 
 }  // namespace
 
-RetrievalService::RetrievalService(Node& node, const RetrievalServiceOptions& options)
+RetrievalService::RetrievalService(Node& node, const RetrievalOptions& options)
     : node_(node), options_(options), checkpoint_path_(CheckpointPath(node)) {
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
   timer_ = node.loop().AddTimer(kTickPeriodS, [this] { Tick(); });
@@ -74,12 +75,12 @@ void RetrievalService::Start(State state) {
 }
 
 RetrievalService::State RetrievalService::LoadCheckpoint() const {
-  auto fresh = std::make_shared<RetrievalState>(options_.retrieval);
+  auto fresh = std::make_shared<RetrievalState>(options_);
   if (checkpoint_path_.empty()) return fresh;
   const auto bytes =
       ReadFileBelow(SessionOf(checkpoint_path_), checkpoint_path_, kMaxStoredFileBytes);
   if (bytes.code() == StatusCode::kNotFound) return fresh;
-  auto state = bytes ? RetrievalState::Decode(*bytes, node_.session_id(), options_.retrieval)
+  auto state = bytes ? RetrievalState::Decode(*bytes, node_.session_id(), options_)
                      : Result<RetrievalState>(bytes.status());
   if (!state) {
     LogWarn("{}: {}; rebuilding the index from the ledger", checkpoint_path_.string(),
@@ -204,7 +205,7 @@ void RetrievalService::ForgetAnswer(int64_t image_id) {
 
 // Photos wait while it is written, so a large index is written less often.
 void RetrievalService::Checkpoint() {
-  checkpoint_due_s_ = node_.loop().now_s() + options_.checkpoint_period_s;
+  checkpoint_due_s_ = node_.loop().now_s() + kCheckpointPeriodS;
   if (checkpoint_path_.empty() || done_seq_ == checkpoint_seq_) return;
   checkpoint_seq_ = done_seq_;
   checkpoint_due_s_ = std::numeric_limits<double>::infinity();
@@ -215,8 +216,8 @@ void RetrievalService::Checkpoint() {
         return timer.ElapsedS();
       },
       [this](double elapsed_s) {
-        checkpoint_due_s_ = node_.loop().now_s() +
-                            std::max(options_.checkpoint_period_s, kCheckpointPause * elapsed_s);
+        checkpoint_due_s_ =
+            node_.loop().now_s() + std::max(kCheckpointPeriodS, kCheckpointPause * elapsed_s);
       });
 }
 
@@ -226,7 +227,7 @@ void RetrievalService::Tick() {
   if (follower_->head_seq() < start_seq_) {
     LogWarn("checkpoint is at ledger position {}, the ledger ends at {}; rebuilding the index",
             start_seq_, follower_->head_seq());
-    return Start(std::make_shared<RetrievalState>(options_.retrieval));
+    return Start(std::make_shared<RetrievalState>(options_));
   }
   // Answers come in after their photos, so wait until the photos read are worked off, too.
   if (!steps_.empty() || worker_->num_pending() > 0) return;

@@ -23,7 +23,7 @@ namespace skein {
 // set aside with a line in the log, and all is replayed. Loop's thread only.
 class RetrievalService {
  public:
-  RetrievalService(Node& node, const RetrievalServiceOptions& options);
+  RetrievalService(Node& node, const RetrievalOptions& options);
   // Writes a last checkpoint.
   ~RetrievalService();
 
@@ -54,7 +54,7 @@ class RetrievalService {
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
-  const RetrievalServiceOptions options_;
+  const RetrievalOptions options_;
   const std::filesystem::path checkpoint_path_;  // empty: no folder
 
   State state_;                         // used by worker_ only, once started

@@ -131,7 +131,7 @@ class Retrieval : public testing::Test {
     options.service = "retrieval";
     options.session_dir = session_.paths.root.string();
     node_.emplace(options, loop_, bus_);
-    service_.emplace(*node_, RetrievalServiceOptions());
+    service_.emplace(*node_, RetrievalOptions());
   }
 
   // As on SIGTERM: the last checkpoint is written.

@@ -17,6 +17,8 @@ struct RetrievalOptions {
   size_t top_n = 200;        // of which matching takes the first 30 in any case (second_look.h)
   size_t num_expanding = 5;  // photos that a query is expanded by (hnsw_index.h); 0: none
   HnswOptions hnsw;
+
+  Status Check() const;
 };
 
 // The photos most similar to `image_id` among those inserted before it.

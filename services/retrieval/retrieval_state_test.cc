@@ -196,13 +196,13 @@ TEST(Int8Vector, ZeroHasALength) {
 
 TEST(HnswIndex, GrowsByDoubling) {
   HnswOptions options;
-  options.initial_capacity = 4;
+  options.ef_search = options.ef_construction = 1;
   HnswIndex index(kDim, options);
-  const auto vectors = RandomUnits(9);
+  const auto vectors = RandomUnits(kInitialCapacity + 1);
   for (size_t i = 0; i < vectors.size(); ++i)
     index.Insert(static_cast<int64_t>(i), vectors[i].data());
-  EXPECT_EQ(index.capacity(), 16u);
-  EXPECT_EQ(index.Query(vectors[8].data(), 1).at(0).id, 8);
+  EXPECT_EQ(index.capacity(), 2 * kInitialCapacity);
+  EXPECT_EQ(index.QueryExact(vectors.back().data(), 1).at(0).id, int64_t{kInitialCapacity});
 }
 
 TEST(HnswIndex, LeavesRemovedOnesOutUntilRestored) {

@@ -8,7 +8,7 @@
 int main(int argc, char** argv) {
   skein::NodeOptions node_options;
   node_options.service = "web";
-  node_options.role = skein::Role::kViewer;
+  node_options.signer.role = skein::Role::kViewer;
   skein::WebOptions options;
   const char* description = "Shows the session in a browser while it grows.";
   if (const auto code =
@@ -21,7 +21,7 @@ int main(int argc, char** argv) {
       std::fprintf(stderr, "skein-web: %s\n", admits.error().c_str());
       return 2;
     }
-    node_options.role = skein::Role::kWeb;
+    node_options.signer.role = skein::Role::kWeb;
   }
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::WebService service(node, options);

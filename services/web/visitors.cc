@@ -61,13 +61,11 @@ Visitors::Visitors(std::string keys_dir, SessionTrust trust, WebCertificate cert
   addresses_.certificate_der = certificate_.issuer_der;
 }
 
-void Visitors::AddDoors(WebServerOptions* server) const {
+void Visitors::LetIn(WebServerOptions* server) const {
   const std::string address = AddressToListenOn(host_);
-  server->doors.push_back({address, public_port_, certificate_});
-  if (plain_port_ != 0) server->doors.push_back({address, plain_port_, std::nullopt});
-  server->public_host = host_;
-  server->trust = trust_;
-  server->is_revoked = revocations_;
+  PublicAccess access{host_, {{address, public_port_, certificate_}}, trust_, revocations_};
+  if (plain_port_ != 0) access.doors.push_back({address, plain_port_, std::nullopt});
+  server->access = std::move(access);
   server->max_connections = std::max(server->max_connections, kMaxPublicConnections);
 }
 
@@ -91,7 +89,7 @@ Visitors OpenVisitors(const Node& node, const WebOptions& options,
                       WatchedRevocations::RunJob run_job) {
   const std::string keys = SessionPaths{node.options().session_dir}.Keys().string();
   const Result<SessionAccess> access =
-      OpenSessionKeys(keys, node.session_id(), Role::kWeb, node.options().certified_name);
+      OpenSessionKeys(keys, node.session_id(), Role::kWeb, node.options().signer.certified_name);
   if (!access.ok()) throw std::runtime_error(access.error());
   try {
     const Result<WebCertificate> certificate =

@@ -22,7 +22,7 @@ class Visitors {
            const WebOptions& options, WatchedRevocations::RunJob run_job);
 
   const PublicAddresses& addresses() const { return addresses_; }
-  void AddDoors(WebServerOptions* server) const;
+  void LetIn(WebServerOptions* server) const;
   // To be called once a second: has the list of revoked passes read.
   void Look() { revocations_.Look(); }
   // A new pass as links. `name` "": the role with a number. expires_s: since 1970 UTC; 0: never.

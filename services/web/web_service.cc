@@ -138,7 +138,7 @@ DenseFollowerOptions WebService::FollowDense() {
 void WebService::StartServer() {
   WebServerOptions server = options_.server;
   server.session_id = node_.session_id();
-  if (visitors_) visitors_->AddDoors(&server);
+  if (visitors_) visitors_->LetIn(&server);
   Uploads uploads;
   uploads.make_sink = [this](const HttpRequest& request) { return api_->MakeSink(request); };
   uploads.agent_of_photo = [this](int64_t image_id) { return api_->AgentOfPhoto(image_id); };

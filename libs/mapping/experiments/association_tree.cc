@@ -9,14 +9,16 @@ namespace skein {
 namespace {
 
 constexpr double kMinSimilarity = 0.05;
+// The tree of the paper's experiments: top N of a photo, and depth L_h.
+constexpr int kTopN = 8;
+constexpr int kDepth = 4;
 
 bool IsBefore(const Similar& a, const Similar& b) {
   return a.similarity != b.similarity ? a.similarity > b.similarity : a.image_id < b.image_id;
 }
 
 // The photos that a ripple reaches first, with their shortest paths.
-std::map<uint32_t, double> NextRipple(const AssociationTreeOptions& options,
-                                      const SimilarityLists& lists,
+std::map<uint32_t, double> NextRipple(const SimilarityLists& lists,
                                       const std::map<uint32_t, double>& ripple,
                                       const std::unordered_map<uint32_t, bool>& reached,
                                       const std::function<bool(uint32_t)>& is_member) {
@@ -24,7 +26,7 @@ std::map<uint32_t, double> NextRipple(const AssociationTreeOptions& options,
   for (const auto& [id, path] : ripple) {
     int num_taken = 0;
     for (const Similar& similar : lists.Of(id)) {
-      if (num_taken == options.top_n) break;
+      if (num_taken == kTopN) break;
       if (!is_member(similar.image_id)) continue;
       ++num_taken;
       if (reached.count(similar.image_id) > 0) continue;
@@ -67,17 +69,16 @@ const std::vector<Similar>& SimilarityLists::Of(uint32_t image_id) const {
   return it == lists_.end() ? kNone : it->second;
 }
 
-std::vector<TreeNode> BuildAssociationTree(const AssociationTreeOptions& options,
-                                           const SimilarityLists& lists, uint32_t new_image_id,
+std::vector<TreeNode> BuildAssociationTree(const SimilarityLists& lists, uint32_t new_image_id,
                                            const std::function<bool(uint32_t)>& is_member) {
   std::vector<TreeNode> tree = {{new_image_id, 0, 0.0, 1.0}};
   std::unordered_map<uint32_t, bool> reached = {{new_image_id, true}};
   std::map<uint32_t, double> ripple = {{new_image_id, 0.0}};
-  for (int i = 1; i <= options.depth && !ripple.empty(); ++i) {
-    ripple = NextRipple(options, lists, ripple, reached, is_member);
+  for (int i = 1; i <= kDepth && !ripple.empty(); ++i) {
+    ripple = NextRipple(lists, ripple, reached, is_member);
     for (const auto& [id, path] : ripple) {
       reached[id] = true;
-      const double weight = i < options.depth ? std::pow(path, -(i - 1.0)) : 0.0;
+      const double weight = i < kDepth ? std::pow(path, -(i - 1.0)) : 0.0;
       tree.push_back({id, i, path, weight});
     }
   }

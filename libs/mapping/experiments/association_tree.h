@@ -33,13 +33,8 @@ class SimilarityLists {
   std::unordered_map<uint32_t, std::vector<Similar>> lists_;
 };
 
-// Hierarchical association tree (paper section 3.3.1): ripple 1 holds the new photo's top-N,
-// ripple 2 their top-N, ... to ripple `depth`. Each photo stands in the first ripple that
-// reaches it.
-struct AssociationTreeOptions {
-  int top_n = 8;
-  int depth = 4;  // L_h
-};
+// Hierarchical association tree (paper section 3.3.1): ripple 1 holds the new photo's top 8, ripple
+// 2 their top 8, ... to ripple 4 (L_h). Each photo stands in the first ripple that reaches it.
 
 struct TreeNode {
   uint32_t image_id = 0;
@@ -49,8 +44,7 @@ struct TreeNode {
 };
 
 // Only photos for which `is_member` is true count. Sorted by ripple, then path, then id.
-std::vector<TreeNode> BuildAssociationTree(const AssociationTreeOptions& options,
-                                           const SimilarityLists& lists, uint32_t new_image_id,
+std::vector<TreeNode> BuildAssociationTree(const SimilarityLists& lists, uint32_t new_image_id,
                                            const std::function<bool(uint32_t)>& is_member);
 
 }  // namespace skein

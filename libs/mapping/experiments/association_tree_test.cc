@@ -12,7 +12,7 @@ TEST(AssociationTree, WeighsByShortestPathAndRipple) {
   lists.Add(3, {{2, 1.0}});
   lists.Add(4, {{3, 1.0}});
   lists.Add(5, {{4, 1.0}});
-  const auto tree = BuildAssociationTree({}, lists, 5, kAll);
+  const auto tree = BuildAssociationTree(lists, 5, kAll);
   const double s = SimilarityFromDistance(1.0);
   ASSERT_EQ(tree.size(), 5u);
   EXPECT_EQ(tree[0].image_id, 5u);
@@ -29,8 +29,7 @@ TEST(AssociationTree, TakesOnlyMembersAndTopN) {
   std::vector<std::pair<uint32_t, double>> others;
   for (uint32_t id = 1; id <= 20; ++id) others.emplace_back(id, 0.5 + 0.01 * id);
   lists.Add(100, others);
-  const auto tree =
-      BuildAssociationTree({8, 1}, lists, 100, [](uint32_t id) { return id % 2 == 0; });
+  const auto tree = BuildAssociationTree(lists, 100, [](uint32_t id) { return id % 2 == 0; });
   ASSERT_EQ(tree.size(), 9u);
   EXPECT_EQ(tree[1].image_id, 2u);
   EXPECT_EQ(tree[8].image_id, 16u);
@@ -46,7 +45,7 @@ TEST(AssociationTree, ListsTakeInLaterPhotos) {
 }
 
 TEST(AssociationTree, OfAPhotoWithoutSimilarOnesIsThePhoto) {
-  EXPECT_EQ(BuildAssociationTree({}, SimilarityLists(), 7, kAll).size(), 1u);
+  EXPECT_EQ(BuildAssociationTree(SimilarityLists(), 7, kAll).size(), 1u);
 }
 
 }  // namespace skein::association_tree_test

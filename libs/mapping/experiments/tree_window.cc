@@ -109,18 +109,18 @@ void TreeWindow::AddSimilar(ImageId id, const std::vector<std::pair<uint32_t, do
 }
 
 BundleRequest TreeWindow::SelectWindow(const SceneMap& map, ImageId new_image) const {
-  const size_t max_free = IsLimited() && options_.max_free > 0 ? options_.max_free : SIZE_MAX;
+  const size_t max_free = IsLimited() ? kMaxTreeFree : SIZE_MAX;
   const auto is_member = [&](uint32_t id) { return map.IsRegistered(id); };
   BundleRequest request;
-  for (const TreeNode& node : BuildAssociationTree(options_.tree, similar_, new_image, is_member)) {
+  for (const TreeNode& node : BuildAssociationTree(similar_, new_image, is_member)) {
     if (node.weight > 0 && request.free.size() < max_free) {
       request.free.push_back(node.image_id);
-      request.stiffness.push_back(StiffnessOf(options_.form, node.weight));
+      request.stiffness.push_back(StiffnessOf(form_, node.weight));
     } else {
       request.held.push_back(node.image_id);
     }
   }
-  request.points = SelectPoints(map, request.free, IsLimited() ? options_.max_points : 0);
+  request.points = SelectPoints(map, request.free, IsLimited() ? max_points_ : 0);
   HoldObservers(map, &request);
   return request;
 }
@@ -129,7 +129,7 @@ BundleRequest TreeWindow::SelectWindow(const SceneMap& map, ImageId new_image) c
 void TreeWindow::HoldObservers(const SceneMap& map, BundleRequest* request) const {
   std::set<ImageId> in_window(request->free.begin(), request->free.end());
   in_window.insert(request->held.begin(), request->held.end());
-  const size_t max_held = IsLimited() && options_.max_held > 0 ? options_.max_held : SIZE_MAX;
+  const size_t max_held = IsLimited() ? kMaxTreeHeld : SIZE_MAX;
   if (request->held.size() > max_held) request->held.resize(max_held);
   for (const auto& [id, count] : RankObservers(map, request->points)) {
     if (request->held.size() >= max_held) break;
@@ -153,9 +153,7 @@ LocalAdjustmentMaker MakerOf(const LocalBaOptions& options) {
   };
   const auto form = kTreeForms.find(options.form);
   if (form == kTreeForms.end()) throw std::invalid_argument("no local BA " + options.form);
-  TreeWindowOptions tree = options.tree;
-  tree.form = form->second;
-  return [tree] { return std::make_shared<TreeWindow>(tree); };
+  return [form = form->second] { return std::make_shared<TreeWindow>(form); };
 }
 
 }  // namespace skein

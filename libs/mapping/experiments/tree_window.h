@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <map>
 #include <string>
 #include <utility>
@@ -17,14 +18,10 @@ enum class TreeForm {
   kEqual,       // not at all
 };
 
-struct TreeWindowOptions {
-  TreeForm form = TreeForm::kConsistent;
-  AssociationTreeOptions tree;
-  // Limits of kConsistent and kEqual; 0: none.
-  int max_free = 40;  // images, the new one included
-  int max_held = 80;  // images
-  int max_points = 8000;
-};
+// Limits of kConsistent and kEqual.
+constexpr size_t kMaxTreeFree = 40;  // images, the new one included
+constexpr size_t kMaxTreeHeld = 80;  // images
+constexpr size_t kMaxTreePoints = 8000;
 
 // A window over the paper's association tree (section 3.3.1). Ripples before the last are free with
 // their weights. Held are the last ripple, what exceeds the limits, and the images that see most of
@@ -32,17 +29,20 @@ struct TreeWindowOptions {
 // its share of the rest; points that most free images see come first.
 class TreeWindow : public LocalAdjustment {
  public:
-  explicit TreeWindow(const TreeWindowOptions& options) : options_(options) {}
+  // `max_points`: for all forms but kPaper.
+  explicit TreeWindow(TreeForm form, size_t max_points = kMaxTreePoints)
+      : form_(form), max_points_(max_points) {}
 
   BundleRequest SelectWindow(const SceneMap& map, ImageId new_image) const override;
   bool LeavesPointsOut() const override { return true; }
   void AddSimilar(ImageId id, const std::vector<std::pair<uint32_t, double>>& distances) override;
 
  private:
-  bool IsLimited() const { return options_.form != TreeForm::kPaper; }
+  bool IsLimited() const { return form_ != TreeForm::kPaper; }
   void HoldObservers(const SceneMap& map, BundleRequest* request) const;
 
-  const TreeWindowOptions options_;
+  const TreeForm form_;
+  const size_t max_points_;
   SimilarityLists similar_;
 };
 
@@ -50,7 +50,6 @@ class TreeWindow : public LocalAdjustment {
 struct LocalBaOptions {
   std::string form = "colmap";  // or paper, consistent, equal
   int colmap_images = 30;       // of colmap, the new one included
-  TreeWindowOptions tree;       // of the others
 };
 
 const std::vector<std::string>& LocalBaForms();

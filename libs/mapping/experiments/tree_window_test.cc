@@ -17,11 +17,12 @@ TEST(TreeWindow, EachFreeImageHasItsShareOfThePointsOverTheLimit) {
   const SyntheticScene scene = MakeScene(scene_options);
   SceneMap map;
   FillMap(scene, &map);
-  TreeWindowOptions options;
-  options.tree.depth = 20;
-  options.max_points = 400;
-  TreeWindow window(options);
-  for (uint32_t id = 2; id <= 16; ++id) window.AddSimilar(id, {{id - 1, 0.5}});
+  TreeWindow window(TreeForm::kConsistent, 400);
+  for (uint32_t id = 2; id <= 16; ++id) {
+    for (uint32_t before = 1; before <= 4 && before < id; ++before) {
+      window.AddSimilar(id, {{id - before, 0.5}});
+    }
+  }
   const BundleRequest request = window.SelectWindow(map, 16);
   EXPECT_EQ(request.points.size(), 400u);
   ASSERT_GE(request.free.size(), 10u);
@@ -36,7 +37,7 @@ TEST(TreeWindow, TakesAllPointsWithinTheLimit) {
   const SyntheticScene scene = MakeScene({});
   SceneMap map;
   FillMap(scene, &map);
-  TreeWindow window{TreeWindowOptions()};
+  TreeWindow window(TreeForm::kConsistent);
   for (uint32_t id = 2; id <= 8; ++id) window.AddSimilar(id, {{id - 1, 0.5}, {1, 0.5}});
   const BundleRequest request = window.SelectWindow(map, 8);
   EXPECT_EQ(request.points.size(), map.reconstruction().NumPoints3D());
