@@ -1,5 +1,5 @@
-// Dense points of a submap for the live view: a list of chunks, each of one photo. A chunk is that of
-// a map snapshot (formats/shape.h), in another frame.
+// Dense points of a submap for the live view: a list of chunks, each of one photo. A chunk is that
+// of a map snapshot (formats/shape.h), in another frame.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@
 namespace skein {
 
 // `scale` times a chunk's points lie in the photo's camera frame, in the submap's unit: x right, y
-// down, z forward. So a bundle adjustment and a merge change no chunk: the photo's pose in the newest
-// map snapshot leads to the submap's frame. num_photos of a ShapePoint is the confidence: 255 (1 - e
-// / 1 %), at least 0; e: predicted standard error of the depth, part of the depth.
+// down, z forward. So a bundle adjustment and a merge change no chunk: the photo's pose in the
+// newest map snapshot leads to the submap's frame. num_photos of a ShapePoint is the confidence:
+// 255 (1 - e / 1 %), at least 0; e: predicted standard error of the depth, part of the depth.
 struct DenseManifest {
   struct Chunk {
     uint64_t id = 0;  // one of the submap's
