@@ -24,6 +24,10 @@ use_photos() {
   num_photos=$(find "$2/" -maxdepth 1 -type f | wc -l)
 }
 
+# start_reconstruction SESSION URL [launch.sh's options...]: start_services without the live view, the guide and depth maps,
+# for tests that look at none of them: three processes fewer to start and to stop, and their work
+start_reconstruction() { start_services "$1" "$2" --web 0 --guide off --dense off "${@:3}"; }
+
 # publish SESSION [agent's options...]: all agents of the place, in the background
 publish() {
   local session=$1 folder

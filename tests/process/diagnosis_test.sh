@@ -21,7 +21,7 @@ done
 "$SKEIN_BUILD/bin/spoil_photos" "$good" "$workspace/other" "$workspace/spoiled" || fail "spoil_photos"
 [[ $(ls "$workspace/spoiled" | wc -l) == 30 ]] || fail "not thirty spoiled photos"
 
-start_services "$session" "$url"
+start_reconstruction "$session" "$url"
 publish "$session"
 await_agents
 # It goes on until it has heard of its photos.

@@ -49,7 +49,7 @@ cat >"$workspace/skein.toml" <<EOF
 [ingest]
 cut_grace = $grace_s
 EOF
-start_services "$session" "$url" --mappers 1 --config "$workspace/skein.toml" --hang-after 0 # what is stopped stays so
+start_reconstruction "$session" "$url" --mappers 1 --config "$workspace/skein.toml" --hang-after 0 # what is stopped stays so
 publish_part "$session" 1 5
 wait_until 120 "the first photos are registered" all_registered 10
 

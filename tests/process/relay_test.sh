@@ -35,7 +35,7 @@ PYTHON
 record cable "$workspace/cable"
 record lo "$workspace/lo"
 
-start_services "$session" "$url" --features 0 --matching 0 --mappers 0
+start_services "$session" "$url" --features 0 --matching 0 --mappers 0 --web 0 --dense off
 [[ $(stat -c %a "$session/keys/relay.pem") == 600 ]] || fail "others may read the relay's key"
 invite() { "$skein" invite --session "$session" --role "$@" 2>/dev/null || fail "skein invite --role $*"; }
 worker=$(invite worker --name other-host)
