@@ -15,6 +15,10 @@ use_place() {
   ) 7>"$place.lock"
 }
 
+# use_small_place: what most tests want, a place whose 16 photos become one map. Its photos are small: it is not the pixels
+# that these tests are about, and in those SIFT takes most of the time.
+use_small_place() { use_place 2 8 --seed 1 --size 800x600; }
+
 # use_photos AGENT FOLDER TRUTH: one agent's real photos
 use_photos() {
   place=$workspace/photos-$1

@@ -8,7 +8,7 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 # forge SESSION [LINK]

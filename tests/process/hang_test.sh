@@ -7,7 +7,7 @@ enter_network_namespace "$@"
 new_workspace
 port=$((20000 + 2 * ($$ % 5000)))
 url=tcpq://127.0.0.1:$port
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 readonly hang_after_s=5
 

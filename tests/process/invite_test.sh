@@ -8,7 +8,7 @@ require_page
 command -v zbarimg >/dev/null || skip "no zbarimg (scripts/setup.sh --tests installs it)"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 ip addr add 10.77.0.1/32 dev lo
 for plain in '' '--web-plain 8701'; do # with a link that is not encrypted the code is that one

@@ -9,7 +9,7 @@ enter_network_namespace "$@"
 require_page
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session steps=$workspace/steps skein=$SKEIN_BUILD/bin/skein
 mkdir -p "$steps"
 # Loopback's own address counts as safe: without TLS a page is tried by another one.

@@ -11,7 +11,7 @@ unshare --mount true 2>/dev/null || skip "no mount namespace may be made here"
 new_workspace
 url=tcpqs://10.77.0.1:7700
 watch_url=tcpq://127.0.0.1:7702
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 

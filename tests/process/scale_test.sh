@@ -7,7 +7,7 @@ source "$(dirname "$0")/../scaling.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 mkdir "$workspace/without_slurm"
 skein=$SKEIN_BUILD/bin/skein

@@ -7,7 +7,7 @@ enter_network_namespace "$@"
 [[ -n $IN_NAMESPACE ]] || skip "no network namespace may be made here"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 readonly num_vanishing=64 stored_within_s=60
 
