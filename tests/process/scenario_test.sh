@@ -42,9 +42,9 @@ run_relay() {
 }
 
 # A room for each agent, mapped at the same time by mappers that the pool starts, and one map once
-# they have walked through the doors. Before that no photo shows two rooms.
+# one has walked through the door. Before that no photo shows two rooms.
 run_rooms() {
-  use_place 3 20 --scenario rooms --seed 1 --size 800x600
+  use_place 2 20 --scenario rooms --seed 1 --size 800x600
   start_reconstruction "$session" "$url" --mappers 1:4
   publish_part "$session" 1 8
   wait_until 120 "two rooms are mapped side by side" has_facts "$session" seed 2
