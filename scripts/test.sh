@@ -28,15 +28,12 @@ while (($#)); do
 done
 ((!speed)) || [[ $preset == release ]] || usage_error "--speed is for the release build"
 
-# count ATTRIBUTE FILE: a number of the JUnit report's head
-count() { grep -o -m1 "$1=\"[0-9]*\"" "$2" | head -n 1 | tr -dc '0-9'; }
-
 mkdir -p "$SKEIN_DEPS"
 ((setup == 0)) || "$SKEIN_ROOT/scripts/setup.sh" --tests
 build_skein "$preset"
 
-report=$SKEIN_ROOT/build/$preset/test_report.xml
-rm -f "$report"
+report=$SKEIN_ROOT/build/$preset/test_report.xml cases=$SKEIN_ROOT/build/$preset/test_cases
+rm -rf "$report" "$cases"
 say "testing"
 status=0
 ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure --no-tests=error \
@@ -49,8 +46,5 @@ if ((speed)); then
   timeout 900 "$SKEIN_ROOT/benchmark/speed.sh" --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/speed.sh failed"
 fi
 
-failed=$(count failures "$report")
-skipped=$(($(count skipped "$report") + $(count disabled "$report")))
-passed=$(($(count tests "$report") - failed - skipped))
-echo "$passed passed, $failed failed, $skipped skipped"
+python3 "$SKEIN_ROOT/scripts/count_cases.py" "$report" "$cases"
 exit "$status"
