@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# Sets up, builds and runs every test. Ends with one line: N passed, N failed, N skipped. Before it, after a run of all
-# tests of the release build: each stage's speed beside that of docs/speed.json.
+# Sets up, builds and runs every test. Ends with one line: N passed, N failed, N skipped.
 #
-#   scripts/test.sh [--preset release|asan|tsan] [--filter REGEX] [--label unit|process|static] [--no-setup]
+#   scripts/test.sh [--preset release|asan|tsan] [--filter REGEX] [--label unit|process|static] [--no-setup] [--speed]
 #
 #   --preset    what to build and test (default release)
 #   --filter    only the tests whose name matches
 #   --label     only the tests of one kind
 #   --no-setup  take the packages and COLMAP's part as they are
+#   --speed     then tell each stage's speed beside that of docs/speed.json (benchmark/speed.sh)
 #
 # Exits 0 when all passed, 1 when one failed or the build broke, 2 on bad usage.
 source "$(dirname "$0")/lib.sh"
 
-preset=release setup=1 selection=()
+preset=release setup=1 speed=0 selection=()
 while (($#)); do
   case $1 in
     --preset | --filter | --label) (($# > 1)) || usage_error "$1 needs a value" ;;&
@@ -20,21 +20,20 @@ while (($#)); do
     --filter) selection+=(-R "$2"); shift ;;
     --label) selection+=(-L "$2"); shift ;;
     --no-setup) setup=0 ;;
+    --speed) speed=1 ;;
     -h | --help) print_help; exit 0 ;;
     *) usage_error "unknown option $1" ;;
   esac
   shift
 done
-
-# count ATTRIBUTE FILE: a number of the JUnit report's head
-count() { grep -o -m1 "$1=\"[0-9]*\"" "$2" | head -n 1 | tr -dc '0-9'; }
+((!speed)) || [[ $preset == release ]] || usage_error "--speed is for the release build"
 
 mkdir -p "$SKEIN_DEPS"
 ((setup == 0)) || "$SKEIN_ROOT/scripts/setup.sh" --tests
 build_skein "$preset"
 
-report=$SKEIN_ROOT/build/$preset/test_report.xml
-rm -f "$report"
+report=$SKEIN_ROOT/build/$preset/test_report.xml cases=$SKEIN_ROOT/build/$preset/test_cases
+rm -rf "$report" "$cases"
 say "testing"
 status=0
 ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure --no-tests=error \
@@ -42,13 +41,10 @@ ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure -
 [[ -s $report ]] || die "ctest wrote no report"
 
 # Told, never tested: machines are noisy.
-if [[ $preset == release ]] && ((${#selection[@]} == 0)); then
+if ((speed)); then
   say "measuring speed"
   timeout 900 "$SKEIN_ROOT/benchmark/speed.sh" --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/speed.sh failed"
 fi
 
-failed=$(count failures "$report")
-skipped=$(($(count skipped "$report") + $(count disabled "$report")))
-passed=$(($(count tests "$report") - failed - skipped))
-echo "$passed passed, $failed failed, $skipped skipped"
+python3 "$SKEIN_ROOT/scripts/count_cases.py" "$report" "$cases"
 exit "$status"

@@ -15,6 +15,10 @@ use_place() {
   ) 7>"$place.lock"
 }
 
+# use_small_place: what most tests want, a place whose 16 photos become one map. Its photos are small: it is not the pixels
+# that these tests are about, and in those SIFT takes most of the time.
+use_small_place() { use_place 2 8 --seed 1 --size 800x600; }
+
 # use_photos AGENT FOLDER TRUTH: one agent's real photos
 use_photos() {
   place=$workspace/photos-$1
@@ -23,6 +27,10 @@ use_photos() {
   ln -sfn "$(realpath -m "$3")" "$place/truth"
   num_photos=$(find "$2/" -maxdepth 1 -type f | wc -l)
 }
+
+# start_reconstruction SESSION URL [launch.sh's options...]: start_services without the live view, the guide and depth maps,
+# for tests that look at none of them: three processes fewer to start and to stop, and their work
+start_reconstruction() { start_services "$1" "$2" --web 0 --guide off --dense off "${@:3}"; }
 
 # publish SESSION [agent's options...]: all agents of the place, in the background
 publish() {

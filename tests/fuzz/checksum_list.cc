@@ -3,12 +3,13 @@
 
 #include "fuzz/fuzz.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const fuzz::ScratchFolder folder;
+SKEIN_FUZZ_TARGET(checksum_list) {
+  static const ScratchFolder folder;
   folder.Write("a", reinterpret_cast<const uint8_t*>("x"), 1);
   folder.Write("list", data, size);
   CheckChecksumList(folder.path(), "list").ok();
-  return 0;
 }
+
+}  // namespace skein::fuzz

@@ -3,9 +3,8 @@
 
 #include "fuzz/fuzz.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  ParseConfigFile(fuzz::ToText(data, size), "file").ok();
-  return 0;
-}
+SKEIN_FUZZ_TARGET(config_file) { ParseConfigFile(ToText(data, size), "file").ok(); }
+
+}  // namespace skein::fuzz

@@ -3,13 +3,14 @@
 
 #include "fuzz/fuzz.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+SKEIN_FUZZ_TARGET(decoder_wire) {
   ParseDecoderRequest(data, size).ok();
   const auto answer = ParseDecoderAnswer(data, size);
-  if (!answer.ok()) return 0;
+  if (!answer.ok()) return;
   const Bytes again = EncodeDecoderAnswer(*answer);
-  fuzz::Expect(ParseDecoderAnswer(again.data(), again.size()).ok(), "what is taken can be said");
-  return 0;
+  Expect(ParseDecoderAnswer(again.data(), again.size()).ok(), "what is taken can be said");
 }
+
+}  // namespace skein::fuzz

@@ -3,16 +3,17 @@
 #include "fuzz/fuzz.h"
 #include "photo/decoder_wire.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+SKEIN_FUZZ_TARGET(exif) {
   const ByteView photo(data, size);
   const auto header = ReadPhotoHeader(photo);
-  if (!header.ok()) return 0;
+  if (!header.ok()) return;
   DecoderAnswer answer;
   answer.exif = ReadExif(photo, *header);
   const Bytes message = EncodeDecoderAnswer(answer);
-  fuzz::Expect(ParseDecoderAnswer(message.data(), message.size()).ok(),
-               "the parent takes what the decoder says");
-  return 0;
+  Expect(ParseDecoderAnswer(message.data(), message.size()).ok(),
+         "the parent takes what the decoder says");
 }
+
+}  // namespace skein::fuzz

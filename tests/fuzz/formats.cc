@@ -1,18 +1,36 @@
-// The contents of blobs, one format a target: FORMAT is its name in formats/formats.h.
+// The contents of blobs, one format a target.
 #include "formats/formats.h"
 
 #include "fuzz/fuzz.h"
 
-#define SKEIN_JOIN_2(a, b) a##b
-#define SKEIN_JOIN(a, b) SKEIN_JOIN_2(a, b)
+namespace skein::fuzz {
+namespace {
 
-using namespace skein;
-
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  const Bytes bytes = fuzz::ToBytes(data, size);
-  const auto value = SKEIN_JOIN(Decode, FORMAT)(bytes);
-  if (value.ok()) {
-    fuzz::Expect(SKEIN_JOIN(Encode, FORMAT)(*value) == bytes, "a value has one sequence of bytes");
-  }
-  return 0;
+template <class Value>
+void DecodeAndEncode(const uint8_t* data, size_t size, Result<Value> (*decode)(const Bytes&),
+                     Bytes (*encode)(const Value&)) {
+  const Bytes bytes = ToBytes(data, size);
+  const Result<Value> value = decode(bytes);
+  if (value.ok()) Expect(encode(*value) == bytes, "a value has one sequence of bytes");
 }
+
+}  // namespace
+
+SKEIN_FUZZ_TARGET(keypoints) { DecodeAndEncode(data, size, DecodeKeypoints, EncodeKeypoints); }
+SKEIN_FUZZ_TARGET(descriptors) {
+  DecodeAndEncode(data, size, DecodeDescriptors, EncodeDescriptors);
+}
+SKEIN_FUZZ_TARGET(global_descriptor) {
+  DecodeAndEncode(data, size, DecodeGlobalDescriptor, EncodeGlobalDescriptor);
+}
+SKEIN_FUZZ_TARGET(two_view_pairs) {
+  DecodeAndEncode(data, size, DecodeTwoViewPairs, EncodeTwoViewPairs);
+}
+SKEIN_FUZZ_TARGET(model_archive) {
+  DecodeAndEncode(data, size, DecodeModelArchive, EncodeModelArchive);
+}
+SKEIN_FUZZ_TARGET(shared_images) {
+  DecodeAndEncode(data, size, DecodeSharedImages, EncodeSharedImages);
+}
+
+}  // namespace skein::fuzz

@@ -1,5 +1,5 @@
-// What the fuzz targets share. Each defines LLVMFuzzerTestOneInput (llvm.org/docs/LibFuzzer.html):
-// the library calls it with bytes that cover ever more of the code.
+// What the fuzz targets share. libFuzzer (llvm.org/docs/LibFuzzer.html) calls a target with bytes
+// that cover ever more of the code.
 #pragma once
 
 #include <cstdint>
@@ -11,6 +11,17 @@
 #include "core/bytes.h"
 
 namespace skein::fuzz {
+
+using TargetFunction = void (*)(const uint8_t* data, size_t size);
+
+// Before main(). False: the name is taken.
+bool AddTarget(const char* name, TargetFunction function);
+
+// Defines the target `name`: a function of `data` and `size`. CMake finds its name here.
+#define SKEIN_FUZZ_TARGET(name)                                                        \
+  static void Fuzz_##name(const uint8_t* data, size_t size);                           \
+  [[maybe_unused]] static const bool name##_is_added = AddTarget(#name, &Fuzz_##name); \
+  static void Fuzz_##name(const uint8_t* data, size_t size)
 
 // What must hold for any bytes.
 inline void Expect(bool holds, const char* what) {

@@ -5,17 +5,17 @@
 
 #include "fuzz/fuzz.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+SKEIN_FUZZ_TARGET(lcm_url) {
   LcmUrl url;
   try {
-    url = ParseLcmUrl(fuzz::ToText(data, size));
+    url = ParseLcmUrl(ToText(data, size));
   } catch (const std::invalid_argument&) {
-    return 0;
+    return;
   }
-  fuzz::Expect(ParseLcmUrl(url.ToString()).ToString() == url.ToString(),
-               "what was read can be written");
-  fuzz::Expect(url.Bulk().port <= 65535, "the next port is a port");
-  return 0;
+  Expect(ParseLcmUrl(url.ToString()).ToString() == url.ToString(), "what was read can be written");
+  Expect(url.Bulk().port <= 65535, "the next port is a port");
 }
+
+}  // namespace skein::fuzz

@@ -3,10 +3,10 @@
 #include "ledger/facts.h"
 #include "ledger/ledger_store.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  static const fuzz::ScratchFolder folder;
+SKEIN_FUZZ_TARGET(ledger_file) {
+  static const ScratchFolder folder;
   const auto path = folder.Write("ledger.db", data, size);
   for (const char* side : {"-wal", "-shm", ".lock"}) {
     std::filesystem::remove(path.string() + side);
@@ -16,12 +16,13 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     DecodeFact(FactKindFromName(record.kind), record.payload.data(), record.payload.size()).ok();
   }
   const auto ledger = Ledger::OpenReadOnly(path);
-  if (!ledger.ok()) return 0;
+  if (!ledger.ok()) return;
   size_t num_read = 0;
   const Status read = (*ledger)->ForEach([&](const LedgerRecord&) { ++num_read; });
   (*ledger)->Notes("camera").ok();
   if (survey.IsWhole()) {
-    fuzz::Expect(read.ok() && num_read == survey.records.size(), "what is whole can be read");
+    Expect(read.ok() && num_read == survey.records.size(), "what is whole can be read");
   }
-  return 0;
 }
+
+}  // namespace skein::fuzz

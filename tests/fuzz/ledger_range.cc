@@ -3,18 +3,19 @@
 
 #include "fuzz/fuzz.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  const auto facts = DecodeLedgerRange(fuzz::ToBytes(data, size));
-  if (!facts.ok()) return 0;
+SKEIN_FUZZ_TARGET(ledger_range) {
+  const auto facts = DecodeLedgerRange(ToBytes(data, size));
+  if (!facts.ok()) return;
   LedgerRangeWriter writer;
   for (const Fact& fact : *facts) {
     const Bytes bytes = EncodeFact(fact);
     BlobsOf(fact);
     HasValidTexts(fact);
-    if (!writer.Add(FactKind(fact), bytes.data(), bytes.size())) return 0;
+    if (!writer.Add(FactKind(fact), bytes.data(), bytes.size())) return;
   }
-  fuzz::Expect(DecodeLedgerRange(writer.Take()).ok(), "a range that was read can be written");
-  return 0;
+  Expect(DecodeLedgerRange(writer.Take()).ok(), "a range that was read can be written");
 }
+
+}  // namespace skein::fuzz

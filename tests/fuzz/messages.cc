@@ -7,49 +7,50 @@
 #include "fuzz/message_types.h"
 #include "transport/decode.h"
 
+namespace skein::fuzz {
 namespace {
 
-using namespace skein;
-
 template <class T>
-Bytes Encode(const T& message) {
+Bytes EncodeMessage(const T& message) {
   Bytes bytes(message.getEncodedSize());
   message.encode(bytes.data(), 0, static_cast<int>(bytes.size()));
   return bytes;
 }
 
 template <class T>
-void Decode(const uint8_t* data, size_t size) {
-  Bytes bytes = Encode(T());
+void DecodeAndEncodeMessage(const uint8_t* data, size_t size) {
+  Bytes bytes = EncodeMessage(T());
   bytes.resize(8);
   bytes.insert(bytes.end(), data, data + size);
   T message;
   if (!DecodeMessage(bytes.data(), bytes.size(), &message)) return;
   const TypeLayout& layout = TypeLayout::Of(T::getTypeName());
   layout.HasValidTexts(data, size);
-  const Bytes again = Encode(message);
+  const Bytes again = EncodeMessage(message);
   T second;
-  fuzz::Expect(DecodeMessage(again.data(), again.size(), &second), "what is encoded is decoded");
-  fuzz::Expect(Encode(second) == again, "and is the same");
+  Expect(DecodeMessage(again.data(), again.size(), &second), "what is encoded is decoded");
+  Expect(EncodeMessage(second) == again, "and is the same");
 }
 
-}  // namespace
-
-extern "C" int LLVMFuzzerInitialize(int*, char***) {
+bool HasAllTypes() {
   std::vector<std::string> names;
-  for (size_t i = 0; i < fuzz::kNumMessageTypes; ++i) {
-    fuzz::WithMessageType(i, [&](auto type) { names.push_back(decltype(type)::getTypeName()); });
+  for (size_t i = 0; i < kNumMessageTypes; ++i) {
+    WithMessageType(i, [&](auto type) { names.push_back(decltype(type)::getTypeName()); });
   }
   std::vector<std::string> all = TypeLayout::AllNames();
   std::sort(names.begin(), names.end());
   std::sort(all.begin(), all.end());
-  fuzz::Expect(names == all, "all_types.h lists all types of lcmtypes/");
-  return 0;
+  return names == all;
 }
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  if (size == 0) return 0;
-  fuzz::WithMessageType(data[0] % fuzz::kNumMessageTypes,
-                        [&](auto type) { Decode<decltype(type)>(data + 1, size - 1); });
-  return 0;
+}  // namespace
+
+SKEIN_FUZZ_TARGET(messages) {
+  static const bool has_all_types = HasAllTypes();
+  Expect(has_all_types, "all_types.h lists all types of lcmtypes/");
+  if (size == 0) return;
+  WithMessageType(data[0] % kNumMessageTypes,
+                  [&](auto type) { DecodeAndEncodeMessage<decltype(type)>(data + 1, size - 1); });
 }
+
+}  // namespace skein::fuzz

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
 # Fuzzes the decoders of what others send: libFuzzer with AddressSanitizer and UndefinedBehaviorSanitizer.
 #
-#   tests/fuzz/run.sh [--seconds N] [--jobs N] [TARGET...]
+#   tests/fuzz/run.sh [--seconds N] [--runs N] [--jobs N] [TARGET...]
 #
 #   --seconds N   of each target (default 60)
+#   --runs N      executions of each target, at most (default: as many as the time is for)
 #   --jobs N      targets at a time (default: the cores)
-#   TARGET...     default: all; tests/fuzz/CMakeLists.txt lists them
+#   TARGET...     default: all; a source of tests/fuzz names each: SKEIN_FUZZ_TARGET
 #
 # Builds build/fuzz with clang. Each target begins with seeds that write_seeds makes and with the corpus of
 # earlier runs, build/fuzz/corpus/TARGET. What makes it fail is left in build/fuzz/findings/TARGET-*; it is
@@ -14,10 +15,10 @@
 # Exit codes: 0 nothing found, 1 something was found or a target did not run, 2 bad usage, 77 no clang.
 source "$(dirname "$0")/../../scripts/lib.sh"
 
-seconds=60 jobs=$(nproc) targets=()
+seconds=60 runs=-1 jobs=$(nproc) targets=()
 while (($#)); do
   case $1 in
-    --seconds | --jobs)
+    --seconds | --runs | --jobs)
       [[ ${2:-} =~ ^[1-9][0-9]*$ ]] || usage_error "$1 wants a number"
       printf -v "${1#--}" %s "$2"
       shift 2 ;;
@@ -63,14 +64,14 @@ run_target() {
   mkdir -p "$corpus/$target"
   local status=0
   { TIMEFORMAT='cpu %U %S'; time nice -n 19 "$fuzz_build/bin/fuzz_$target" "$corpus/$target" "$seeds/$target" \
-      -max_total_time="$seconds" -timeout=20 -rss_limit_mb=3000 -use_value_profile=1 -print_final_stats=1 \
+      -max_total_time="$seconds" -runs="$runs" -timeout=20 -rss_limit_mb=3000 -use_value_profile=1 -print_final_stats=1 \
       -artifact_prefix="$findings/$target-" -reload=0 >"$logs/$target.log" 2>&1 || status=$?; } 2>"$logs/$target.time"
   echo "$status" >"$logs/$target.status"
   echo "$(executions_of "$target") $(awk '/^cpu/ { print $2 + $3 }' "$logs/$target.time")" >>"$logs/$target.runs"
 }
 executions_of() { sed -n 's/^stat::number_of_executed_units: *//p' "$logs/$1.log"; }
 
-say "fuzzing ${#targets[@]} targets, $seconds s each, $jobs at a time"
+say "fuzzing ${#targets[@]} targets, at most $seconds s each, $jobs at a time"
 for target in "${targets[@]}"; do
   while (($(jobs -rp | wc -l) >= jobs)); do sleep 0.2; done
   run_target "$target" &

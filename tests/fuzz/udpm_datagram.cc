@@ -2,15 +2,16 @@
 #include "fuzz/fuzz.h"
 #include "transport/udpm_link.h"
 
-using namespace skein;
+namespace skein::fuzz {
 
-extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
+SKEIN_FUZZ_TARGET(udpm_datagram) {
   const auto datagram = ParseLcmDatagram(data, size);
-  if (!datagram) return 0;
+  if (!datagram) return;
   uint32_t number = 0;
   for (size_t i = 4; i < 8; ++i) number = number << 8 | data[i];
   const Bytes again = MakeLcmDatagram(number, datagram->channel, datagram->message.data(),
                                       datagram->message.size());
-  fuzz::Expect(again == fuzz::ToBytes(data, size), "a datagram has one form");
-  return 0;
+  Expect(again == ToBytes(data, size), "a datagram has one form");
 }
+
+}  // namespace skein::fuzz

@@ -22,22 +22,24 @@ const kArguments = [
   '--no-sandbox', '--disable-gpu', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--disable-quic', '--no-first-run',
   '--disable-background-networking', '--disable-component-update', '--disable-sync', `--disable-features=${kOff.join()}`,
 ];
+// In software each of several samples a pixel is drawn. Pictures of tests are as people see the page.
+const argumentsOf = (more, antialias) => kArguments.concat(antialias || process.env.PAGE_PICTURES ? [] : '--webgl-antialiasing-mode=none', more);
 const kLaunch = { executablePath: process.env.CHROMIUM, headless: true };
 
 const contextOf = ({ width = 1280, height = 800, theme = 'dark', reducedMotion = null }) => ({
   viewport: { width, height }, colorScheme: theme, reducedMotion, hasTouch: width < 760, isMobile: width < 760,
 });
 
-// A Chromium of its own, with one page; `more` are arguments of it.
-export async function openBrowser({ more = [], ...looks } = {}) {
+// A Chromium of its own, with one page; `more` are arguments of it; `antialias` is for pictures that people look at.
+export async function openBrowser({ more = [], antialias = false, ...looks } = {}) {
   const profile = mkdtempSync(join(tmpdir(), 'skein_page.'));
-  const context = await chromium.launchPersistentContext(profile, { ...kLaunch, args: kArguments.concat(more), ...contextOf(looks) });
+  const context = await chromium.launchPersistentContext(profile, { ...kLaunch, args: argumentsOf(more, antialias), ...contextOf(looks) });
   return watch(context, context.pages()[0], () => rmSync(profile, { recursive: true, force: true }));
 }
 
 // One Chromium for many: `open` is a page in a profile of its own, as openBrowser's, in a tenth of the time.
 export async function startChromium({ more = [] } = {}) {
-  const browser = await chromium.launch({ ...kLaunch, args: kArguments.concat(more) });
+  const browser = await chromium.launch({ ...kLaunch, args: argumentsOf(more, false) });
   return {
     open: async (looks = {}) => {
       const context = await browser.newContext(contextOf(looks));

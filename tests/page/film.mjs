@@ -6,7 +6,7 @@ const [url, folder, periodS] = process.argv.slice(2);
 let goesOn = true;
 process.stdin.on('end', () => (goesOn = false)).resume();
 
-const browser = await openBrowser({ width: 960, height: 600 });
+const browser = await openBrowser({ width: 960, height: 600, antialias: true });
 await browser.page.goto(url);
 await browser.until('the page is connected', (s) => s.connected && s.synced);
 for (let n = 0; goesOn; ++n) {

@@ -5,7 +5,7 @@ import { openBrowser } from './browser.mjs';
 const [url, runs] = process.argv.slice(2);
 
 async function load() {
-  const browser = await openBrowser();
+  const browser = await openBrowser({ antialias: true });
   const { page, hosts } = browser;
   const bytes = { page: 0, thumbnails: 0, facts: 0, points: 0 };
   const kinds = new Map();

@@ -8,7 +8,7 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 # forge SESSION [LINK]
@@ -16,7 +16,7 @@ forge() {
   setpriv --pdeathsig TERM -- "$SKEIN_BUILD/bin/forger" "$url" "$(jq -r .session_id "$1/session.json")" "${@:2}" >>"$workspace/forger.log" 2>&1 &
 }
 
-start_services "$workspace/open" "$url" --auth off --features 1 --matching 0 --mappers 0
+start_reconstruction "$workspace/open" "$url" --auth off --features 1 --matching 0 --mappers 0
 forge "$workspace/open"
 wait_until 30 "the hostile peer listens" grep -q 'ready forger' "$workspace/forger.log"
 ! timeout 30 "$skein" agent --session "$workspace/open" --lcm-url "$url" --auth off --name alice \

@@ -7,7 +7,7 @@ source "$(dirname "$0")/../page.sh"
 enter_network_namespace "$@"
 require_page
 new_workspace
-use_place 2 8 --seed 1
+use_small_place
 session="$workspace/Anna's \"first\" house"
 mkdir -p "$workspace/photos"
 cp $(ls -d "$place"/images/agent-1/* | head -n 6) "$workspace/photos/"

@@ -6,14 +6,15 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 14 --seed 1
+readonly size=800x600
+use_place 2 9 --seed 1 --size "$size" # 18 to spoil
 session=$workspace/session
 good=$place/images
 
 # Photos of other places, one of each.
 mkdir -p "$workspace/other"
 for seed in 11 12 13 14 15 16; do
-  "$SKEIN_BUILD/bin/skein" sim --output "$workspace/elsewhere" --scenario disjoint --agents 1 --photos 2 --seed "$seed" \
+  "$SKEIN_BUILD/bin/skein" sim --output "$workspace/elsewhere" --scenario disjoint --agents 1 --photos 2 --size "$size" --seed "$seed" \
     >/dev/null 2>&1 || fail "skein sim"
   cp "$(find "$workspace/elsewhere/images" -name '*.jpg' | sort | head -n 1)" "$workspace/other/$seed.jpg"
   rm -r "$workspace/elsewhere"
@@ -21,7 +22,7 @@ done
 "$SKEIN_BUILD/bin/spoil_photos" "$good" "$workspace/other" "$workspace/spoiled" || fail "spoil_photos"
 [[ $(ls "$workspace/spoiled" | wc -l) == 30 ]] || fail "not thirty spoiled photos"
 
-start_services "$session" "$url"
+start_reconstruction "$session" "$url"
 publish "$session"
 await_agents
 # It goes on until it has heard of its photos.

@@ -7,7 +7,7 @@ source "$(dirname "$0")/../session.sh"
 [[ $1 == tcpq ]] || enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 
 images=()
 for folder in "$place"/images/*/; do images+=(--images "$folder"); done

@@ -6,9 +6,9 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
-start_services "$session" "$url" --auth require --features 1 --matching 0 --mappers 0
+start_reconstruction "$session" "$url" --auth require --features 0 --matching 0 --mappers 0
 photos=("$place"/images/agent-1/*)
 
 # offer NAME PHOTO PROGRAM...: the program offers the photo, and ingest has it under that name
@@ -53,6 +53,6 @@ fi
 # The Python agent speaks LCM itself: also with the relay.
 if declare -F offer_python >/dev/null; then
   stop_services
-  start_services "$session" tcpq://127.0.0.1:7790 --auth require --features 0 --matching 0 --mappers 0 --web 0
+  start_reconstruction "$session" tcpq://127.0.0.1:7790 --auth require --features 0 --matching 0 --mappers 0
   offer_python relayed "${photos[3]}"
 fi

@@ -22,7 +22,7 @@ run_with() {
   (
     SKEIN_BUILD=$programs
     export SKEIN_TEST_FAULTS=$2
-    start_services "$session" "$url" --mappers 2
+    start_reconstruction "$session" "$url" --mappers 2
     publish "$session"
     await_agents
     finish "$session"

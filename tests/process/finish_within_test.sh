@@ -6,7 +6,7 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 report=$session/report.json
 readonly grace_s=3 slack_s=7
@@ -49,7 +49,7 @@ cat >"$workspace/skein.toml" <<EOF
 [ingest]
 cut_grace = $grace_s
 EOF
-start_services "$session" "$url" --mappers 1 --config "$workspace/skein.toml" --hang-after 0 # what is stopped stays so
+start_reconstruction "$session" "$url" --mappers 1 --config "$workspace/skein.toml" --hang-after 0 # what is stopped stays so
 publish_part "$session" 1 5
 wait_until 120 "the first photos are registered" all_registered 10
 

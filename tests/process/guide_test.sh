@@ -10,7 +10,7 @@ use_place 2 8 --seed 1
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 
-start_services "$session" "$url" --mappers 1 --web 0
+start_services "$session" "$url" --mappers 1 --web 0 --dense off
 start_listening() {
   "$skein" advise --session "$session" --lcm-url "$url" --json >"$workspace/heard" 2>"$workspace/advise.log" &
   listener=$!

@@ -7,16 +7,19 @@ enter_network_namespace "$@"
 new_workspace
 port=$((20000 + 2 * ($$ % 5000)))
 url=tcpq://127.0.0.1:$port
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 readonly hang_after_s=5
 
-# hang INSTANCE: stops it, and waits until launch.sh has started it again
+# hang INSTANCE...: stops them, and waits until launch.sh has started them again
 hang() {
-  local old
-  old=$(<"$session/run/$1.pid")
-  kill -STOP "$old"
-  wait_until $((hang_after_s + 20)) "$1 hangs and is started again" is_started_anew "$session" "$1" "$old"
+  local instance
+  local -A old=()
+  for instance in "$@"; do old[$instance]=$(<"$session/run/$instance.pid"); done
+  kill -STOP "${old[@]}"
+  for instance in "$@"; do
+    wait_until $((hang_after_s + 20)) "$instance hangs and is started again" is_started_anew "$session" "$instance" "${old[$instance]}"
+  done
 }
 
 started=$SECONDS
@@ -35,8 +38,7 @@ hang matching-1
 hang merger
 wait_until 60 "photos are registered" has_facts "$session" registration 3
 hang mapper-1
-hang guide
-hang dense
+hang guide dense # neither waits for the other
 await_agents
 finish "$session"
 stop_services

@@ -16,7 +16,7 @@ url=tcpq://10.77.0.1:7700
 if (($#)); then
   use_photos real "$1" "$2"
 else
-  use_place 2 8 --seed 1
+  use_small_place
 fi
 session=$workspace/session
 

@@ -5,11 +5,11 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 
 start_services "$session" "$url" --mappers 1 # so that it is mapper-1 that holds the submap
-publish "$session"
+publish "$session" --rate 2 # so that photos come all the time
 wait_until 60 "photos are taken in" has_facts "$session" image 2
 kill_service "$session" ingest
 wait_until 60 "features are found" has_facts "$session" features 3

@@ -6,7 +6,7 @@ enter_network_namespace "$@"
 [[ -n $IN_NAMESPACE ]] || skip "no network namespace may be made here"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 
 lose_datagrams 5 1

@@ -16,7 +16,7 @@ use_place 2 12 --scenario disjoint --seed 2 --size 800x600
 # make_two_submaps SESSION: the first halves of the walks see nothing in common, so each begins a submap;
 # only then come the photos between them.
 make_two_submaps() {
-  start_services "$1" "$url" --mappers 2 --no-merge
+  start_reconstruction "$1" "$url" --mappers 2 --no-merge
   publish_part "$1" 1 6
   wait_until 120 "each walk has its submap" two_submaps_have "$1" 5
   publish_part "$1" 7 12
@@ -53,7 +53,7 @@ kill_at() {
   "$SKEIN_BUILD/bin/skein" clone "$workspace/two" "$session" 2>/dev/null
   rm -f "$mark"
   LD_PRELOAD=$stop_shim SKEIN_STOP_AT=$1 SKEIN_STOP_TEXT="SKEIN_SUBMIT_MERGE /$2" SKEIN_STOP_MARK=$mark \
-    start_services "$session" "$url" --mappers 2 --hang-after 0 # the stopped one goes on
+    start_reconstruction "$session" "$url" --mappers 2 --hang-after 0 # the stopped one goes on
   wait_until 120 "somebody submits a merge's '$2'" test -s "$mark"
   stopped=$(<"$mark")
   [[ $1 == before ]] || wait_until 20 "'$2' is in the ledger" has_fact_like "$session" "merge/%/$2%"

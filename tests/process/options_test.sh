@@ -50,7 +50,7 @@ timeout -s INT 3 "${agent[@]}" --images "$workspace/phone" >"$workspace/said" 2>
 grep -qF "not taken in $workspace/phone: 2 .heic, 1 .mp4 (JPEG, PNG and TIFF are). HEIC: iPhone: Settings" "$workspace/said" || fail "a mixed folder: $(<"$workspace/said")"
 
 # Three models, of which one has nothing in common with the truth.
-use_place 2 8 --seed 1
+use_small_place
 mkdir -p "$workspace/models"
 for i in 0 1 2; do cp -r "$place/truth" "$workspace/models/$i"; done
 sed -i 's|agent-./|elsewhere/other-|' "$workspace/models/1/images.txt"

@@ -9,7 +9,7 @@ enter_network_namespace "$@"
 require_page
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session steps=$workspace/steps skein=$SKEIN_BUILD/bin/skein
 mkdir -p "$steps"
 # Loopback's own address counts as safe: without TLS a page is tried by another one.
@@ -21,7 +21,7 @@ page_has() {
   kill -0 "$page_pid" 2>/dev/null || { cat "$workspace/page.log"; fail "the page's side ended before '$1'"; }
   return 1
 }
-start_services "$session" "$url" --web 8600 --web-public 10.77.0.1 --web-public-port 8700 --web-plain 8701 >"$workspace/launch.log"
+start_services "$session" "$url" --web 8600 --web-public 10.77.0.1 --web-public-port 8700 --web-plain 8701 --dense off >"$workspace/launch.log"
 # link ROLE NAME LINE [OPTION...]: https is line 1, http line 2
 link() {
   local role=$1 name=$2 line=$3

@@ -11,7 +11,7 @@ unshare --mount true 2>/dev/null || skip "no mount namespace may be made here"
 new_workspace
 url=tcpqs://10.77.0.1:7700
 watch_url=tcpq://127.0.0.1:7702
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 
@@ -35,7 +35,7 @@ PYTHON
 record cable "$workspace/cable"
 record lo "$workspace/lo"
 
-start_services "$session" "$url" --features 0 --matching 0 --mappers 0
+start_services "$session" "$url" --features 0 --matching 0 --mappers 0 --web 0 --dense off
 [[ $(stat -c %a "$session/keys/relay.pem") == 600 ]] || fail "others may read the relay's key"
 invite() { "$skein" invite --session "$session" --role "$@" 2>/dev/null || fail "skein invite --role $*"; }
 worker=$(invite worker --name other-host)

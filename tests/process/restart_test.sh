@@ -6,11 +6,11 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 
 start_services "$session" "$url"
-publish "$session"
+publish "$session" --rate 2 # so that photos come all the time
 wait_until 60 "photos are registered" has_facts "$session" registration 3
 kill_everything "$session"
 start_services "$session" "$url"

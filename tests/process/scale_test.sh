@@ -7,7 +7,7 @@ source "$(dirname "$0")/../scaling.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 mkdir "$workspace/without_slurm"
 skein=$SKEIN_BUILD/bin/skein
@@ -22,7 +22,7 @@ refuses() {
 }
 num_workers_is() { (($(find "$session/run/scale" -name '*.pid' | wc -l) == $1)); }
 
-start_services "$session" "$url" --features 0 --matching 0 --web 0 --guide off
+start_reconstruction "$session" "$url" --features 0 --matching 0
 refuses 2 '--max is required' --min 1
 refuses 2 '--min is above --max' --min 3 --max 2
 refuses 2 '--engine' --max 2 --engine cloud

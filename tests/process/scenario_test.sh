@@ -22,7 +22,7 @@ expect_reasons() {
 
 # All agents at once.
 reconstruct() {
-  start_services "$session" "$url"
+  start_reconstruction "$session" "$url"
   publish "$session"
   await_agents
   finish "$session"
@@ -32,7 +32,7 @@ reconstruct() {
 run_relay() {
   local folder
   use_place 2 12 --scenario relay --seed 2 --size 800x600
-  start_services "$session" "$url"
+  start_reconstruction "$session" "$url"
   for folder in "$place"/images/*/; do
     publish_agent "$session" "$folder"
     await_agents
@@ -42,10 +42,10 @@ run_relay() {
 }
 
 # A room for each agent, mapped at the same time by mappers that the pool starts, and one map once
-# they have walked through the doors. Before that no photo shows two rooms.
+# one has walked through the door. Before that no photo shows two rooms.
 run_rooms() {
-  use_place 3 20 --scenario rooms --seed 1 --size 800x600
-  start_services "$session" "$url" --mappers 1:4
+  use_place 2 20 --scenario rooms --seed 1 --size 800x600
+  start_reconstruction "$session" "$url" --mappers 1:4
   publish_part "$session" 1 8
   wait_until 120 "two rooms are mapped side by side" has_facts "$session" seed 2
   wait_until 60 "the pool grows" test -e "$session/log/mapper-2.log"

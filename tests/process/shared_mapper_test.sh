@@ -14,7 +14,7 @@ has_leases_of() {
     "SELECT COUNT(*) FROM facts WHERE fact_id LIKE 'submap/%/$1/lease'" 2>/dev/null) == "$2" ]]
 }
 
-start_services "$session" "$url" --mappers 1
+start_reconstruction "$session" "$url" --mappers 1
 publish_part "$session" 1 6
 wait_until 120 "each walk has its submap" two_submaps_have "$session" 5
 kill_service "$session" mapper-1

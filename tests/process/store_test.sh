@@ -6,7 +6,7 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 skein=$SKEIN_BUILD/bin/skein
 session=$workspace/session
 
@@ -19,7 +19,7 @@ refuses() {
 
 echo "a disk that is almost full: photos wait, and come in once there is room"
 cat >"$workspace/full.toml" <<<$'[ingest]\nmin-free = 1000000000000000'
-start_services "$session" "$url" --config "$workspace/full.toml"
+start_reconstruction "$session" "$url" --config "$workspace/full.toml"
 publish "$session"
 # tells WHAT: as what a person has to mend
 tells() {
@@ -48,7 +48,7 @@ expect_model "$session" 1
 echo "a clone is a session of its own"
 "$skein" clone "$session" "$workspace/clone"
 [[ $(jq -r .session_id "$session/session.json") != $(jq -r .session_id "$workspace/clone/session.json") ]] || fail "one id"
-start_services "$workspace/clone" "$url"
+start_reconstruction "$workspace/clone" "$url"
 finish "$workspace/clone"
 stop_services
 expect_model "$workspace/clone" 1
@@ -69,7 +69,7 @@ for what in ledger.db session.json sparse/0/points3D.bin "${photo#"$session/"}";
 done
 "$skein" repair "$session" | tee "$workspace/repair.out"
 grep -F "send it again" "$workspace/repair.out" >/dev/null || fail "the lost photo is not told"
-start_services "$session" "$url"
+start_reconstruction "$session" "$url"
 publish "$session"
 await_agents
 finish "$session"

@@ -7,11 +7,11 @@ enter_network_namespace "$@"
 [[ -n $IN_NAMESPACE ]] || skip "no network namespace may be made here"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 skein=$SKEIN_BUILD/bin/skein
 
-start_services "$session" "$url" --web 8600 --web-public 127.0.0.1 --web-public-port 8700 --web-plain 8701 >"$workspace/launch.out"
+start_services "$session" "$url" --web 8600 --web-public 127.0.0.1 --web-public-port 8700 --web-plain 8701 --guide off --dense off >"$workspace/launch.out"
 secure=https://127.0.0.1:8700 plain=http://127.0.0.1:8701 own=http://127.0.0.1:8600
 curl -fsS "$own/skein.crt" | openssl x509 -inform der -out "$workspace/issuer.pem" || fail "no certificate to install"
 

@@ -7,7 +7,7 @@ enter_network_namespace "$@"
 [[ -n $IN_NAMESPACE ]] || skip "no network namespace may be made here"
 new_workspace
 url=$(test_lcm_url)
-use_place 2 8 --seed 1
+use_small_place
 session=$workspace/session
 readonly num_vanishing=64 stored_within_s=60
 
@@ -22,7 +22,7 @@ vanishing_agent() {
 }
 all_have_stopped() { (($(find "$workspace" -maxdepth 1 -name 'stopped-*' -size +0 | wc -l) == num_vanishing)); }
 
-start_services "$session" "$url"
+start_reconstruction "$session" "$url"
 vanishing=()
 for ((i = 1; i <= num_vanishing; i++)); do vanishing_agent "$i"; done
 wait_until 120 "all agents are half-way" all_have_stopped

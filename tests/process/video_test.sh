@@ -17,7 +17,7 @@ has_frames() { (($(find "$frames" -name '*.jpg' 2>/dev/null | wc -l) >= $1)); }
 "$SKEIN_BUILD/bin/skein" agent --session "$workspace" --lcm-url "$url" --name drone --video /nowhere.mp4 \
   --images "$frames" >"$workspace/absent.log" 2>&1 && fail "a video that is absent was taken"
 
-start_services "$session" "$url"
+start_reconstruction "$session" "$url"
 "${film[@]}" --rate 2 >"$workspace/killed.log" 2>&1 &
 agent=$!
 wait_until 60 "the agent has taken five frames" has_frames 5

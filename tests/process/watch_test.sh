@@ -6,7 +6,7 @@ source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"
 new_workspace
 url=$(test_lcm_url)
-use_place 1 8 --seed 1
+use_small_place
 session=$workspace/session
 stored=$session/images/alice
 disk=$workspace/disk
@@ -24,7 +24,7 @@ cp "${photos[6]}" "$disk/beside.jpg"
 head -c 4096 /dev/zero >"$dcim/._a.jpg"
 ln -s .. "$dcim/up"
 
-start_services "$session" "$url" --features 1 --matching 0 --mappers 0
+start_reconstruction "$session" "$url" --features 0 --matching 0 --mappers 0
 "$SKEIN_BUILD/bin/skein" agent --session "$session" --lcm-url "$url" --name alice --images "$dcim" --watch >"$log" 2>&1 &
 agent=$!
 

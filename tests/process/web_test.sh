@@ -40,7 +40,7 @@ points_of() {
   echo "$total"
 }
 
-start_services "$session" "$url" --web 8600 >"$workspace/launch.out"
+start_services "$session" "$url" --web 8600 --guide off --dense off >"$workspace/launch.out"
 view=$(sed -n 's|.*view: \(http://[^ ]*[0-9]\)/$|\1|p' "$workspace/launch.out")
 [[ -n $view ]] || fail "launch.sh does not tell where the view is: $(cat "$workspace/launch.out")"
 wait_until 20 "the view answers" is_served
