@@ -183,14 +183,13 @@ url=${url:-${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}}
 where+=("${auth_options[@]}")
 
 # Features and matching keep all cores busy: photos are placed and maps merged before them. Nor does
-# who looks hold them up. The guide bounds its work itself (--work-share). Depth maps take what is left.
-readonly bulk_niceness=5 least_niceness=19
+# who looks hold them up. The guide bounds its work itself (--work-share), and depth maps are made at the lowest priority.
+readonly bulk_niceness=5
 
 add_service() {
   local instance=$1 service=$2 priority=()
   shift 2
   [[ $service != features && $service != matching && $service != web ]] || priority=(nice -n "$bulk_niceness")
-  [[ $service != dense ]] || priority=(nice -n "$least_niceness")
   add_instance "$instance" "${priority[@]}" "$bin/skein-$service" "${where[@]}" --lcm-url "$url" \
     --instance "$instance" --threads "$threads" "${config_options[@]}" "${service_options[@]}" "$@"
 }

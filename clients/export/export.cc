@@ -210,8 +210,13 @@ void WriteDenseFolders(const std::vector<ExportModel>& models, const ExportOptio
     if (options.georeferenced) dense.origin = OriginOf(models[i].georeference);
     const Result<DenseFigures> figures = WriteDenseFolder(
         *models[i].reconstruction, dense, photos, [&] { progress.Add(); }, FolderOf(options, i));
-    ThrowUnlessOk(figures.status());
     std::cout << FolderOf(options, i).string() << ": ";
+    const bool has_none = figures.status().code == StatusCode::kFailedPrecondition;
+    if (has_none && models.size() > 1) {
+      std::cout << figures.error() << std::endl;
+      continue;
+    }
+    ThrowUnlessOk(figures.status());
     TellFigures(*figures, options);
   }
 }

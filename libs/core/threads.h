@@ -1,5 +1,8 @@
 #pragma once
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <thread>
 #include <vector>
@@ -9,6 +12,11 @@ namespace skein {
 // Threads that run at once on this host, at least 1.
 inline int NumHardwareThreads() {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+// The nice value of this thread: on Linux each has its own.
+inline void SetNicenessOfThread(int niceness) {
+  setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), niceness);
 }
 
 // Calls function(0) to function(num_threads - 1) at once, the first one on the calling thread, and

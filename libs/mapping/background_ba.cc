@@ -1,18 +1,15 @@
 #include "mapping/background_ba.h"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <stdexcept>
 #include <utility>
 
 #include "core/clock.h"
+#include "core/threads.h"
 
 namespace skein {
 namespace {
 
-// On Linux a thread has a nice value of its own.
-void LowerPriority() { setpriority(PRIO_PROCESS, static_cast<id_t>(gettid()), 10); }
+constexpr int kBackgroundNiceness = 10;
 
 }  // namespace
 
@@ -24,7 +21,7 @@ void BackgroundBa::Start(Bundle bundle, const BundleOptions& options) {
   BundleOptions cancellable = options;
   cancellable.cancel = &cancel_;
   thread_ = std::thread([this, cancellable] {
-    LowerPriority();
+    SetNicenessOfThread(kBackgroundNiceness);
     try {
       Solve(cancellable);
     } catch (...) {

@@ -1,10 +1,10 @@
 #include "node/work_client.h"
 
 #include <algorithm>
-#include <cstdlib>
 #include <utility>
 
 #include "core/process.h"
+#include "event_loop/exit_signal.h"
 
 namespace skein {
 namespace {
@@ -13,11 +13,6 @@ constexpr double kTickS = 0.02;
 constexpr double kRequestS = 1.0;
 constexpr double kRepeatFailureS = 0.5;
 constexpr double kForgetFailureS = 60.0;
-
-int PreviousExitSignal() {
-  const char* text = std::getenv("SKEIN_PREVIOUS_EXIT_SIGNAL");
-  return text == nullptr ? 0 : std::atoi(text);
-}
 
 }  // namespace
 

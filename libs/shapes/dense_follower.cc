@@ -1,8 +1,10 @@
 #include "shapes/dense_follower.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 
+#include "core/clock.h"
 #include "core/log.h"
 
 namespace skein {
@@ -24,20 +26,20 @@ DenseFollower::~DenseFollower() {
   for (const auto& [id, pull] : pulls_) node_.blobs().Cancel(pull.fetch);
 }
 
-// A publisher that began again may have the same points under another version.
+// The last one counts, as a publisher whose clock was put back has lower versions. A late datagram
+// does no harm for longer than 5 s: the newest is published again.
 void DenseFollower::OnMessage(const dense_points_t& message) {
   const int64_t id = message.submap_id;
   const DensePointsPtr known = store_.Find(id);
-  const auto version = static_cast<uint64_t>(message.version);
-  if (!options_.is_live(id) || (known != nullptr && known->manifest.version >= version)) return;
+  const bool is_known = known != nullptr && known->manifest_blob == message.manifest_blob;
+  if (is_known || !options_.is_live(id)) return;
   if (message.manifest_bytes < 0 || message.manifest_bytes > kMaxDenseManifestBytes) {
     return LogWarn("submap {}: a list of dense points of {} bytes is not taken", id,
                    message.manifest_bytes);
   }
   if (const auto pull = pulls_.find(id); pull != pulls_.end()) {
     if (!IsStalled(&pull->second)) return;
-    node_.blobs().Cancel(pull->second.fetch);
-    pulls_.erase(pull);
+    Drop(id);
   }
   BlobClient::FetchOptions options;
   options.max_bytes = kMaxDenseManifestBytes;
@@ -58,6 +60,13 @@ bool DenseFollower::IsStalled(Pull* pull) const {
   return now_s - pull->progress_s > kDenseStalledS;
 }
 
+void DenseFollower::Drop(int64_t submap_id) {
+  const auto pull = pulls_.find(submap_id);
+  if (pull == pulls_.end()) return;
+  node_.blobs().Cancel(pull->second.fetch);
+  pulls_.erase(pull);
+}
+
 void DenseFollower::OnManifest(const dense_points_t& message, const Result<Bytes>& bytes) {
   pulls_.erase(message.submap_id);
   if (!options_.is_live(message.submap_id)) return;
@@ -65,8 +74,9 @@ void DenseFollower::OnManifest(const dense_points_t& message, const Result<Bytes
   if (status.ok()) {
     Result<DenseManifest> manifest = DecodeDenseManifest(*bytes);
     if (manifest.ok() && manifest->version == static_cast<uint64_t>(message.version)) {
-      const auto points =
-          std::make_shared<const DensePoints>(DensePoints{message.author, *std::move(manifest)});
+      last_version_ = std::max(static_cast<uint64_t>(NowUs()), last_version_ + 1);
+      const auto points = std::make_shared<const DensePoints>(
+          DensePoints{message.author, message.manifest_blob, last_version_, *std::move(manifest)});
       store_.Set(message.submap_id, points);
       return options_.on_points(message.submap_id, *points);
     }

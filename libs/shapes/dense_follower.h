@@ -30,6 +30,9 @@ class DenseFollower {
   DenseFollower(const DenseFollower&) = delete;
   DenseFollower& operator=(const DenseFollower&) = delete;
 
+  // The submap has ended: a pull of its list is given up.
+  void Drop(int64_t submap_id);
+
  private:
   struct Pull {
     BlobClient::FetchId fetch = 0;
@@ -45,6 +48,7 @@ class DenseFollower {
   DenseStore& store_;
   const DenseFollowerOptions options_;
   std::map<int64_t, Pull> pulls_;  // by submap
+  uint64_t last_version_ = 0;
   Bus::SubscriptionId subscription_ = 0;
   Alive alive_;
 };

@@ -54,11 +54,21 @@ TEST_F(DenseFollowerTest, KeepsTheNewest) {
   ASSERT_NE(store_.Find(kSubmap)->Find(80), nullptr);
   EXPECT_EQ(store_.Find(kSubmap)->Find(80)->num_points, 7u);
   EXPECT_EQ(store_.Find(kSubmap)->Find(81), nullptr);
-  Publish(Make(9, 1));
-  Publish(Make(10, 1));
+  const uint64_t version = store_.Find(kSubmap)->version;
+  Publish(Make(10, 7));
   Publish(Make(11, 8));
   ASSERT_TRUE(WaitFor([&] { return Version() == 11; }));
   EXPECT_EQ(num_told_, 2);
+  EXPECT_GT(store_.Find(kSubmap)->version, version);
+}
+
+TEST_F(DenseFollowerTest, APublisherWhoseClockWasPutBackIsHeard) {
+  Publish(Make(10, 7));
+  ASSERT_TRUE(WaitFor([&] { return Version() == 10; }));
+  const uint64_t version = store_.Find(kSubmap)->version;
+  Publish(Make(4, 7));
+  ASSERT_TRUE(WaitFor([&] { return Version() == 4; }));
+  EXPECT_GT(store_.Find(kSubmap)->version, version);
 }
 
 TEST_F(DenseFollowerTest, AListThatIsDamagedOrOfAnotherVersionIsNotTaken) {
@@ -84,6 +94,7 @@ TEST_F(DenseFollowerTest, ASubmapThatEndsMeanwhileGetsNone) {
   is_live_ = false;
   EXPECT_FALSE(loop_.RunUntil([&] { return Version() != 0; }, 0.5));
   EXPECT_FALSE(store_.Drop(kSubmap));
+  follower_.Drop(kSubmap);
 }
 
 }  // namespace skein::dense_follower_test

@@ -13,6 +13,8 @@ namespace skein {
 
 struct DensePoints {
   std::string owner;  // instance that serves the chunks
+  std::string manifest_blob;
+  uint64_t version = 0;  // as this process counts: above that of what was there before
   DenseManifest manifest;
 
   // Null: there is none, or none any more.

@@ -92,7 +92,7 @@ std::string DenseJson(int64_t submap_id, const DensePoints& points) {
                       {"chunks", std::move(chunks)}});
   }
   return json({{"submap", submap_id},
-               {"version", points.manifest.version},
+               {"version", points.version},
                {"photos", std::move(photos)}})
       .dump();
 }
@@ -100,7 +100,7 @@ std::string DenseJson(int64_t submap_id, const DensePoints& points) {
 std::string DenseMessage(int64_t submap_id, const DensePoints& points) {
   return json({{"type", "dense"},
                {"submap", submap_id},
-               {"version", points.manifest.version},
+               {"version", points.version},
                {"photos", points.manifest.photos.size()},
                {"points", points.manifest.NumPoints()}})
       .dump();

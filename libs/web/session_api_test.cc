@@ -219,7 +219,7 @@ TEST_F(SessionApiTest, DensePointsAreGivenByTheirOwnersChunks) {
   chunk.points.resize(3);
   auto points = std::make_shared<DensePoints>();
   points->owner = "dense";
-  points->manifest.version = 50;
+  points->version = 50;
   points->manifest.photos = {{2, 1.5, 0.25f, {{131072, 49, 3, Keep(EncodeShapeChunk(chunk))}}}};
   api_->dense().Set(kSubmap, points);
   const json dense = GetJson("/api/submaps/4/dense");

@@ -137,10 +137,14 @@ void SubmapsApi::HandleDense(int64_t submap_id, const PathParts& parts, const Ht
   const auto* chunk = id ? points->Find(static_cast<uint64_t>(*id)) : nullptr;
   if (chunk == nullptr) return respond(NoSuch("such chunk of the newest dense points"));
   if (!IsVersion(chunk->version, request, respond)) return;
-  blobs_.FetchAll(
-      {chunk->points_blob}, points->owner, respond, [respond](BlobFetcher::Blobs blobs) {
-        AnswerChunk(std::make_shared<const Bytes>(std::move(blobs.begin()->second)), respond);
-      });
+  blobs_.FetchAll({chunk->points_blob}, points->owner, respond,
+                  [respond, num_points = chunk->num_points](BlobFetcher::Blobs blobs) {
+                    Bytes& bytes = blobs.begin()->second;
+                    if (bytes.size() != kShapeChunkHeaderBytes + kShapePointBytes * num_points) {
+                      return AnswerError(respond, DataLoss("not a chunk of that size"));
+                    }
+                    AnswerChunk(std::make_shared<const Bytes>(std::move(bytes)), respond);
+                  });
 }
 
 void SubmapsApi::GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,

@@ -25,7 +25,7 @@ struct DenseMaps::Fit {
 namespace {
 
 constexpr size_t kNumNeighbours = 3;  // that a photo is matched with
-constexpr size_t kMinNeighbours = 2;  // as many must confirm a depth
+constexpr size_t kMinNeighbours = kMinAgreeing;
 constexpr size_t kNumConfirming = 6;  // maps that may agree with one
 constexpr size_t kMinSamples = 8;     // sparse points with a depth, to tell a scale
 constexpr double kScaleStep = 0.002;  // a fifth of what two maps may differ by
@@ -33,21 +33,40 @@ constexpr double kMisfit = 0.5;       // of the share of sparse points that fitt
 constexpr double kMaxShiftPx = 1;     // of a depth map, when the camera is refined
 constexpr int kMaxSweepsForBetter = 2;
 constexpr double kGrowth = 1.25;  // of the submap, before neighbours are looked at again
-constexpr int kRefinedAfterMap = 2;
-constexpr int kChunkBits = 16;  // of a chunk's id: its number in the photo
+constexpr int kChunkBits = 16;    // of a chunk's id: its number in the photo
 
-// Pixels of a depth map between where two calibrations of a camera show its border.
+bool IsSame(const Camera& a, const Camera& b) {
+  return a.ModelId() == b.ModelId() && a.Params() == b.Params() && a.Width() == b.Width() &&
+         a.Height() == b.Height();
+}
+
+// Pixels of a depth map between where two calibrations of a camera show a direction, the most over
+// the photo.
 double ShiftPx(const Camera& a, const Camera& b, int size_px) {
+  if (IsSame(a, b)) return 0;
+  if (a.Width() != b.Width() || a.Height() != b.Height()) return HUGE_VAL;
   const double width = static_cast<double>(a.Width()), height = static_cast<double>(a.Height());
   double most = 0;
   for (const double x : {0.0, 0.5, 1.0}) {
     for (const double y : {0.0, 0.5, 1.0}) {
-      const Eigen::Vector2d pixel(x * width, y * height);
-      const double shift = (b.WorldToImage(a.ImageToWorld(pixel)) - pixel).norm();
-      most = std::isfinite(shift) ? std::max(most, shift) : HUGE_VAL;
+      const Eigen::Vector2d ray((x * width - a.PrincipalPointX()) / a.FocalLengthX(),
+                                (y * height - a.PrincipalPointY()) / a.FocalLengthY());
+      const double shift = (b.WorldToImage(ray) - a.WorldToImage(ray)).norm();
+      if (std::isfinite(shift)) most = std::max(most, shift);
     }
   }
   return most * std::min(1.0, size_px / std::max(width, height));
+}
+
+// Of the points that the photo sees; 0 without any in front of it.
+double MedianDepth(const SparsePhoto& photo, const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> depths;
+  for (const int i : photo.points) {
+    const double depth =
+        photo.cam_from_world.rotation.row(2) * points[i] + photo.cam_from_world.translation.z();
+    if (depth > 0) depths.push_back(depth);
+  }
+  return depths.empty() ? 0 : UpperMedian(depths);
 }
 
 void Scale(double scale, DepthMap* map) {
@@ -117,6 +136,7 @@ struct DenseMaps::Photo {
   DepthPhoto pixels;
   cv::Mat3b colours;
   Camera camera;
+  Camera map_camera;  // of the pixels that the map was made of
   // Of the sweep, and what others agree with; empty where there is none.
   DepthMap map, agreed;
   std::vector<uint32_t> neighbours;  // of the sweep, best first
@@ -126,6 +146,7 @@ struct DenseMaps::Photo {
   int num_sweeps = 0;
   size_t looked_at = 0;  // photos of the submap when its neighbours were chosen
   DensePhotoPoints points;
+  double sparse_depth = 0;  // median of what it sees, where its map was forgotten; 0: not known
   int64_t used = 0;
 
   bool has_pixels() const { return !pixels.grey.empty(); }
@@ -173,7 +194,10 @@ DenseMaps::~DenseMaps() = default;
 
 Status DenseMaps::Update(const Shape& shape) {
   SparseScene& scene = scenes_[shape.submap_id];
-  if (Status taken = scene.Update(shape); !taken.ok()) return taken;
+  if (Status taken = scene.Update(shape); !taken.ok()) {
+    DropSubmap(shape.submap_id);
+    return taken;
+  }
   no_task_.clear();
   for (auto& [id, photo] : photos_) {
     if (photo.submap_id == shape.submap_id && scene.Find(id) < 0) Leave(&photo);
@@ -181,6 +205,7 @@ Status DenseMaps::Update(const Shape& shape) {
   for (size_t i = 0; i < scene.photos().size(); ++i) {
     TakePose(scene, static_cast<int>(i), shape.submap_id);
   }
+  TakeOrphans();
   return Status::Ok();
 }
 
@@ -189,22 +214,52 @@ void DenseMaps::Leave(Photo* photo) {
   if (!photo->points.chunks.empty()) ++changes_;
 }
 
+// A photo that one submap gave up may be in another one, whose shape came before.
+void DenseMaps::TakeOrphans() {
+  for (const auto& [submap_id, scene] : scenes_) {
+    for (size_t i = 0; i < scene.photos().size(); ++i) {
+      const auto photo = photos_.find(scene.image_ids()[i]);
+      const bool is_orphan = photo != photos_.end() && photo->second.submap_id == 0;
+      if (is_orphan) TakePose(scene, static_cast<int>(i), submap_id);
+    }
+  }
+  for (auto photo = photos_.begin(); photo != photos_.end();) {
+    const bool is_empty = photo->second.submap_id == 0 && photo->second.bytes() == 0 &&
+                          photo->second.points.chunks.empty();
+    photo = is_empty ? photos_.erase(photo) : std::next(photo);
+  }
+}
+
 void DenseMaps::TakePose(const SparseScene& scene, int index, int64_t submap_id) {
   const uint32_t id = scene.image_ids()[index];
   if (left_out_.count(id) > 0) return;
   Photo& photo = photos_[id];
-  if (photo.submap_id != submap_id && !photo.points.chunks.empty()) ++changes_;
+  const bool is_new_here = photo.submap_id != submap_id;
+  if (is_new_here && !photo.points.chunks.empty()) ++changes_;
   photo.submap_id = submap_id;
-  const DepthPose& pose = scene.photos()[index].cam_from_world;
-  photo.pixels.cam_from_world = photo.map.cam_from_world = photo.agreed.cam_from_world = pose;
-  if (photo.has_map()) FitScale(scene.photos()[index], scene.points(), &photo);
+  const SparsePhoto& sparse = scene.photos()[index];
+  photo.pixels.cam_from_world = photo.map.cam_from_world = photo.agreed.cam_from_world =
+      sparse.cam_from_world;
+  if (photo.has_map()) return FitScale(sparse, scene.points(), is_new_here, &photo);
+  if (photo.points.chunks.empty()) return;
+  const double depth = MedianDepth(sparse, scene.points());
+  if (is_new_here && depth > 0 && photo.sparse_depth > 0) {
+    photo.points.scale *= depth / photo.sparse_depth;
+  }
+  photo.sparse_depth = depth;
 }
 
+// In another submap nothing is known of a map that has too few points to fit.
 void DenseMaps::FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vector3d>& points,
-                         Photo* photo) {
+                         bool is_new_here, Photo* photo) {
   const auto fit = FitOf(photo->map, sparse, points);
-  if (!fit) return;
-  const double scale = fit->ratio / photo->fit.ratio;
+  const double scale = fit ? fit->ratio / photo->fit.ratio : 0;
+  if (!(scale > 0) || !std::isfinite(scale)) {
+    if (!is_new_here) return;
+    photo->misfits = true;
+    photo->points = {};
+    return;
+  }
   if (std::abs(scale - 1) > kScaleStep) {
     Scale(scale, &photo->map);
     Scale(scale, &photo->agreed);
@@ -219,6 +274,7 @@ void DenseMaps::DropSubmap(int64_t submap_id) {
   for (auto& [id, photo] : photos_) {
     if (photo.submap_id == submap_id) Leave(&photo);
   }
+  TakeOrphans();
 }
 
 void DenseMaps::LeaveOut(uint32_t image_id) {
@@ -239,8 +295,10 @@ std::optional<DenseTask> DenseMaps::Next() {
     no_task_.insert(photo->first);
   }
   for (auto& [id, photo] : photos_) {
-    if (photo.submap_id == 0 || !photo.has_map()) continue;
-    if (!IsOutdated(id, photo) && !HasBetterNeighbours(id, &photo)) continue;
+    options_.on_progress();
+    const bool may_change = photo.submap_id != 0 && photo.has_map() && no_task_.count(id) == 0;
+    if (!may_change || (!IsOutdated(id, photo) && !FindsBetterNeighbours(id, &photo))) continue;
+    no_task_.insert(id);  // one try a shape, whatever comes of it
     if (auto task = TaskFor(id, photo)) return task;
   }
   return std::nullopt;
@@ -253,17 +311,17 @@ bool DenseMaps::IsWaiting(uint32_t image_id, const Photo& photo) const {
 
 // The sparse points contradict the map, or the camera was refined.
 bool DenseMaps::IsOutdated(uint32_t image_id, const Photo& photo) const {
-  return photo.misfits || HasMoved(image_id, photo);
+  return photo.misfits || HasMoved(image_id, photo, photo.map_camera);
 }
 
-bool DenseMaps::HasMoved(uint32_t image_id, const Photo& photo) const {
+// `camera`: of what the photo has, against the one of now.
+bool DenseMaps::HasMoved(uint32_t image_id, const Photo& photo, const Camera& camera) const {
   const SparseScene& scene = scenes_.at(photo.submap_id);
-  const Camera& camera = scene.CameraOf(scene.Find(image_id));
-  return ShiftPx(photo.camera, camera, options_.size_px) > kMaxShiftPx;
+  return ShiftPx(camera, scene.CameraOf(scene.Find(image_id)), options_.size_px) > kMaxShiftPx;
 }
 
 // Looked at again whenever the submap has grown by a quarter.
-bool DenseMaps::HasBetterNeighbours(uint32_t image_id, Photo* photo) const {
+bool DenseMaps::FindsBetterNeighbours(uint32_t image_id, Photo* photo) const {
   const SparseScene& scene = scenes_.at(photo->submap_id);
   const size_t size = scene.photos().size();
   if (photo->num_sweeps >= kMaxSweepsForBetter ||
@@ -289,7 +347,10 @@ std::vector<uint32_t> DenseMaps::NeighboursOf(const SparseScene& scene, uint32_t
   for (const int other : ChooseNeighbours(scene.photos(), scene.points(), scene.Find(image_id),
                                           kNumConfirming + left_out_.size())) {
     const uint32_t id = scene.image_ids()[other];
-    if (left_out_.count(id) == 0 && ids.size() < kNumConfirming) ids.push_back(id);
+    const auto photo = photos_.find(id);  // none: left out
+    const bool is_here =
+        photo != photos_.end() && photo->second.submap_id == photos_.at(image_id).submap_id;
+    if (is_here && ids.size() < kNumConfirming) ids.push_back(id);
   }
   return ids;
 }
@@ -304,7 +365,7 @@ std::optional<DenseTask> DenseMaps::TaskFor(uint32_t image_id, const Photo& phot
   shown.push_back(image_id);
   for (const uint32_t id : shown) {
     const Photo& other = photos_.at(id);
-    if (!other.has_pixels() || HasMoved(id, other)) task.wanted.push_back(id);
+    if (!other.has_pixels() || HasMoved(id, other, other.camera)) task.wanted.push_back(id);
   }
   return task;
 }
@@ -322,6 +383,7 @@ Status DenseMaps::SetPhoto(uint32_t image_id, const cv::Mat3b& image) {
     cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
     photo.pixels = table.Apply(grey, scene.photos()[index].cam_from_world);
     photo.colours = table.Apply(image);
+    photo.used = ++clock_;
   } catch (const std::invalid_argument& error) {
     return InvalidArgument(error.what());
   }
@@ -330,7 +392,7 @@ Status DenseMaps::SetPhoto(uint32_t image_id, const cv::Mat3b& image) {
 
 const PhotoTable& DenseMaps::TableOf(const Camera& camera) {
   const auto [known, is_new] = tables_.try_emplace(camera.CameraId());
-  if (is_new || ShiftPx(known->second.camera, camera, options_.size_px) > 0) {
+  if (is_new || !IsSame(known->second.camera, camera)) {
     known->second = {camera, std::make_shared<PhotoTable>(LensOf(camera), options_.size_px)};
   }
   return *known->second.table;
@@ -339,8 +401,19 @@ const PhotoTable& DenseMaps::TableOf(const Camera& camera) {
 // ---- Depth maps and points ----
 
 void DenseMaps::Make(const DenseTask& task, int64_t utime_us) {
+  if (MakeMap(task)) {
+    for (const uint32_t id : Confirming(task.image_id)) dirty_.insert(id);
+    Refine(task.image_id, utime_us);
+  } else {
+    no_task_.insert(task.image_id);
+  }
+  Forget();
+}
+
+// False: the photo or its neighbours are not here.
+bool DenseMaps::MakeMap(const DenseTask& task) {
   const auto found = photos_.find(task.image_id);
-  if (found == photos_.end() || found->second.submap_id == 0) return;
+  if (found == photos_.end() || found->second.submap_id == 0) return false;
   Photo& photo = found->second;
   std::vector<const DepthPhoto*> neighbours;
   for (const uint32_t id : Matched(task.neighbours)) {
@@ -354,30 +427,25 @@ void DenseMaps::Make(const DenseTask& task, int64_t utime_us) {
   const SparseScene& scene = scenes_.at(photo.submap_id);
   const SparsePhoto& sparse = scene.photos()[scene.Find(task.image_id)];
   const auto range = RangeOfPoints(sparse, scene.points());
-  if (!range || !photo.has_pixels() || neighbours.size() < kMinNeighbours) {
-    photo.misfits = false;
-    no_task_.insert(task.image_id);
-    return;
-  }
-  photo.map = *sweep_.Estimate(photo.pixels, neighbours, *range);
+  if (!range || !photo.has_pixels() || neighbours.size() < kMinNeighbours) return false;
+  photo.map = *sweep_.Estimate(photo.pixels, neighbours, *range, [this] {
+    options_.on_progress();
+    return false;
+  });
+  photo.agreed = {};
+  photo.map_camera = photo.camera;
   photo.neighbours = task.neighbours;
   photo.fit = FitOf(photo.map, sparse, scene.points()).value_or(Fit{1, 0});
   photo.misfits = false;
   photo.looked_at = scene.photos().size();
   ++photo.num_sweeps;
   photo.used = ++clock_;
-  for (const uint32_t id : Confirming(task.image_id)) dirty_.insert(id);
-  MakePoints(task.image_id, utime_us);
-  for (int i = 0; i < kRefinedAfterMap; ++i) Refine(utime_us);
-  Forget();
+  return true;
 }
 
-bool DenseMaps::Refine(int64_t utime_us) {
-  if (dirty_.empty()) return false;
-  const uint32_t id = *dirty_.rbegin();
-  dirty_.erase(id);
-  MakePoints(id, utime_us);
-  return true;
+std::optional<uint32_t> DenseMaps::NextToRefine() {
+  if (dirty_.empty()) return std::nullopt;
+  return *dirty_.rbegin();
 }
 
 // Those that it was matched with or may be, and those of which it is one; all with a depth map.
@@ -397,12 +465,13 @@ std::set<uint32_t> DenseMaps::Confirming(uint32_t image_id) const {
   return ids;
 }
 
-void DenseMaps::MakePoints(uint32_t image_id, int64_t utime_us) {
+void DenseMaps::Refine(uint32_t image_id, int64_t utime_us) {
+  dirty_.erase(image_id);
   const auto found = photos_.find(image_id);
   if (found == photos_.end()) return;
   Photo& photo = found->second;
-  if (photo.submap_id == 0 || !photo.has_map() || !photo.has_pixels()) return;
-  dirty_.erase(image_id);
+  const bool has_colours = photo.colours.size() == photo.map.depth.size();
+  if (photo.submap_id == 0 || !photo.has_map() || !has_colours) return;
   std::vector<const DepthMap*> maps, agreed;
   for (const uint32_t id : Confirming(image_id)) {
     const Photo& other = photos_.at(id);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <opencv2/core.hpp>
@@ -23,6 +24,7 @@ struct DenseMapsOptions {
   int size_px = 400;  // longer side of a depth map
   int64_t memory_bytes = int64_t{1} << 30;
   DepthOptions depth;
+  std::function<void()> on_progress = [] {};  // called between parts of a few seconds at most
 };
 
 // The next depth map.
@@ -71,11 +73,13 @@ class DenseMaps {
   // The photo as its features were found in: unmirrored, of its camera's size or reduced
   // (PhotoTable).
   Status SetPhoto(uint32_t image_id, const cv::Mat3b& photo);
-  // Makes the depth map of the task's photo, then its points and those of a few photos that it
-  // confirms. The photos that it wanted and that did not come are no neighbours.
+  // Makes the depth map of the task's photo and its points. The photos that it wanted and that did
+  // not come are no neighbours.
   void Make(const DenseTask& task, int64_t utime_us);
-  // Works out points again of photos that a depth map has come to confirm. False: there are none.
-  bool Refine(int64_t utime_us);
+  // A photo whose depths a new map may confirm: its points are to be worked out again. nullopt:
+  // there is none.
+  std::optional<uint32_t> NextToRefine();
+  void Refine(uint32_t image_id, int64_t utime_us);
 
   // By image, of the submap's newest shape.
   std::map<uint32_t, DensePhotoPoints> PointsOfSubmap(int64_t submap_id) const;
@@ -97,19 +101,20 @@ class DenseMaps {
   static std::optional<Fit> FitOf(const DepthMap& map, const SparsePhoto& photo,
                                   const std::vector<Eigen::Vector3d>& points);
   void Leave(Photo* photo);
+  void TakeOrphans();
   void TakePose(const SparseScene& scene, int index, int64_t submap_id);
   void FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vector3d>& points,
-                Photo* photo);
+                bool is_new_here, Photo* photo);
   bool IsWaiting(uint32_t image_id, const Photo& photo) const;
   bool IsOutdated(uint32_t image_id, const Photo& photo) const;
-  bool HasMoved(uint32_t image_id, const Photo& photo) const;
-  bool HasBetterNeighbours(uint32_t image_id, Photo* photo) const;
+  bool HasMoved(uint32_t image_id, const Photo& photo, const Camera& camera) const;
+  bool FindsBetterNeighbours(uint32_t image_id, Photo* photo) const;
   static std::vector<uint32_t> Matched(std::vector<uint32_t> neighbours);
   std::vector<uint32_t> NeighboursOf(const SparseScene& scene, uint32_t image_id) const;
   std::optional<DenseTask> TaskFor(uint32_t image_id, const Photo& photo) const;
   const PhotoTable& TableOf(const Camera& camera);
   std::set<uint32_t> Confirming(uint32_t image_id) const;
-  void MakePoints(uint32_t image_id, int64_t utime_us);
+  bool MakeMap(const DenseTask& task);
   void Publish(uint32_t image_id, const std::vector<DensePoint>& points, int64_t utime_us,
                Photo* photo);
   void Forget();
@@ -121,7 +126,7 @@ class DenseMaps {
   std::map<uint32_t, Table> tables_;       // by camera
   std::set<uint32_t> left_out_;
   std::set<uint32_t> dirty_;    // whose points are to be worked out again
-  std::set<uint32_t> no_task_;  // too few neighbours, as of the newest shape
+  std::set<uint32_t> no_task_;  // photos that can get no map before the next shape
   uint64_t changes_ = 0;
   int64_t clock_ = 0;  // of uses
 };

@@ -30,8 +30,7 @@ class DenseMapsTest : public testing::Test {
       maps->Make(*task, ++utime_us_);
       if (made.size() > 100) break;
     }
-    while (maps->Refine(++utime_us_)) {
-    }
+    while (const auto id = maps->NextToRefine()) maps->Refine(*id, ++utime_us_);
     return made;
   }
   int64_t utime_us_ = 1000;
@@ -116,6 +115,22 @@ TEST_F(DenseMapsTest, AMergeIntoALargerFrameScalesChunks) {
   EXPECT_LT(FiguresOf(after, wall, 2.5).worst_mean_error, 0.01);
 }
 
+// The target's shape may come before the source's last one.
+TEST_F(DenseMapsTest, PhotosOfASubmapThatEndedAreInTheOtherThatHasThem) {
+  TestWall wall;
+  wall.Walk(4);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap + 1, 1, 2)).ok());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 2)).ok());
+  Work(wall, &maps);
+  EXPECT_EQ(maps.PointsOfSubmap(kSubmap).size(), 4u);
+  maps.DropSubmap(kSubmap);
+  EXPECT_TRUE(Work(wall, &maps).empty());
+  const auto photos = maps.PointsOfSubmap(kSubmap + 1);
+  ASSERT_EQ(photos.size(), 4u);
+  EXPECT_LT(FiguresOf(photos, wall, 2).worst_mean_error, 0.01);
+}
+
 TEST_F(DenseMapsTest, AMapThatSparsePointsContradictIsMadeAgain) {
   TestWall wall, other({10, -0.3});
   wall.Walk(4);
@@ -164,6 +179,54 @@ TEST_F(DenseMapsTest, MapsUsedLongestAgoAreForgottenAndTheirPointsStay) {
   EXPECT_LE(maps.memory_bytes(), options.memory_bytes);
   EXPECT_GE(maps.PointsOfSubmap(kSubmap).size(), 6u);
   EXPECT_LT(FiguresOf(maps.PointsOfSubmap(kSubmap), wall).worst_mean_error, 0.01);
+}
+
+TEST_F(DenseMapsTest, PointsOfForgottenMapsAreScaledByAMergeToo) {
+  TestWall wall;
+  wall.Walk(8);
+  DenseMapsOptions options = Options();
+  options.memory_bytes = 4 * (1 + 3 + 16) * depth_test::kWallWidth * depth_test::kWallHeight;
+  DenseMaps maps(options);
+  for (const uint64_t version : {1, 2}) {
+    ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, version)).ok());
+    Work(wall, &maps);
+  }
+  const size_t num_photos = maps.PointsOfSubmap(kSubmap).size();
+  EXPECT_GE(num_photos, 5u);
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap + 1, 3, 2.5)).ok());
+  maps.DropSubmap(kSubmap);
+  const auto photos = maps.PointsOfSubmap(kSubmap + 1);
+  EXPECT_EQ(photos.size(), num_photos);
+  EXPECT_LT(FiguresOf(photos, wall, 2.5).worst_mean_error, 0.01);
+}
+
+TEST_F(DenseMapsTest, ARefinedCameraMakesMapsAgainOnce) {
+  TestWall wall;
+  wall.Walk(4);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  Work(wall, &maps);
+  Shape refined = *wall.MakeShape(kSubmap, 2);
+  for (double& value : refined.cameras[0].params) value *= 1.03;
+  ASSERT_TRUE(maps.Update(refined).ok());
+  EXPECT_EQ(Work(wall, &maps).size(), 4u);
+  ASSERT_TRUE(maps.Update(refined).ok());
+  EXPECT_TRUE(Work(wall, &maps).empty());
+}
+
+TEST_F(DenseMapsTest, APhotoThatDoesNotComeIsNotAskedForAgainBeforeTheNextShape) {
+  TestWall wall;
+  wall.Walk(3);
+  DenseMaps maps(Options());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  for (int i = 0; i < 3; ++i) {
+    const auto task = maps.Next();
+    ASSERT_TRUE(task) << i;
+    maps.Make(*task, ++utime_us_);
+  }
+  EXPECT_FALSE(maps.Next());
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 2)).ok());
+  EXPECT_TRUE(maps.Next());
 }
 
 TEST_F(DenseMapsTest, AShapeWithoutItsPointsIsRefused) {

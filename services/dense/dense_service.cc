@@ -7,6 +7,8 @@
 #include "core/counted.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "core/threads.h"
+#include "event_loop/exit_signal.h"
 
 namespace skein {
 namespace {
@@ -14,9 +16,11 @@ namespace {
 constexpr double kTellS = 1;  // period of points that have changed
 constexpr double kAgainS = 5;
 constexpr char kStep[] = "depth map";
+constexpr int kNiceness = 19;  // photos are placed first
 
-DenseMapsOptions MapsOptions(const DenseOptions& options) {
+DenseMapsOptions MapsOptions(const DenseOptions& options, std::function<void()> on_progress) {
   DenseMapsOptions maps;
+  maps.on_progress = std::move(on_progress);
   maps.size_px = options.size_px;
   maps.memory_bytes = int64_t{options.memory_mib} << 20;
   return maps;
@@ -40,11 +44,13 @@ DenseService::DenseService(Node& node, const DenseOptions& options,
                            std::unique_ptr<PhotoDecoder> decoder)
     : node_(node),
       options_(options),
-      failed_(node.options().session_dir, node.steps().left()),
-      maps_(MapsOptions(options)),
+      failed_(node.options().session_dir, node.steps().left(), PreviousExitSignal()),
+      maps_(MapsOptions(options, [this] { worker_->NoteProgress(); })),
       decoder_(std::move(decoder)),
       left_out_(failed_.LeftOut()) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
+  // The loop keeps its priority: its sign of life is waited for.
+  worker_->Run([] { SetNicenessOfThread(kNiceness); }, [] {});
   shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   timers_ = {node.loop().AddTimer(kTellS, [this] { TakeSnapshot(); }),
@@ -95,35 +101,50 @@ void DenseService::OnFact(const Fact& fact) {
 
 // One step of the worker at a time: shapes that came, then the next photo.
 void DenseService::Go() {
-  struct Step {
-    std::optional<DenseTask> task;
-    bool refined = false;
-  };
   if (working_) return;
   working_ = true;
   std::vector<ShapePtr> shapes;
   for (const int64_t id : std::exchange(changed_, {})) {
-    if (ShapePtr shape = store_.Find(id); shape != nullptr && state_.IsLive(id)) {
-      shapes.push_back(std::move(shape));
-    }
+    const ShapePtr shape = store_.Find(id);
+    if (shape != nullptr && state_.IsLive(id)) shapes.push_back(KnownPhotosOf(*shape));
   }
   worker_->Run(
       [this, shapes, ended = std::exchange(ended_, {}), left_out = std::exchange(left_out_, {})] {
         for (const uint32_t id : left_out) maps_.LeaveOut(id);
-        for (const ShapePtr& shape : shapes) {
-          const Status taken = maps_.Update(*shape);
-          if (!taken.ok()) LogWarn("submap {}: {}", shape->submap_id, taken.error());
-        }
         for (const int64_t id : ended) maps_.DropSubmap(id);
-        Step step{maps_.Next()};
-        if (!step.task) step.refined = maps_.Refine(NowUs());
-        return step;
+        return MakePlan(shapes);
       },
-      [this](const Step& step) {
-        if (step.task) return Gather(*step.task);
-        working_ = false;
-        if (step.refined || !changed_.empty() || !ended_.empty() || !left_out_.empty()) Go();
-      });
+      [this](const Plan& plan) { OnPlan(plan); });
+}
+
+// A shape may name photos that are none.
+ShapePtr DenseService::KnownPhotosOf(const Shape& shape) const {
+  auto known = std::make_shared<Shape>(shape);
+  known->photos.clear();
+  for (const ShapePhoto& photo : shape.photos) {
+    if (state_.FindPhoto(photo.image_id) != nullptr) known->photos.push_back(photo);
+  }
+  return known;
+}
+
+DenseService::Plan DenseService::MakePlan(const std::vector<ShapePtr>& shapes) {
+  for (const ShapePtr& shape : shapes) {
+    const Status taken = maps_.Update(*shape);
+    if (!taken.ok()) LogWarn("submap {}: {}", shape->submap_id, taken.error());
+  }
+  Plan plan{maps_.Next(), {}, false};
+  if (const auto id = plan.task ? std::nullopt : maps_.NextToRefine()) {
+    plan.goes_on = true;
+    if (!Try(*id, [&] { maps_.Refine(*id, NowUs()); })) plan.failed.push_back(*id);
+  }
+  return plan;
+}
+
+void DenseService::OnPlan(const Plan& plan) {
+  NoteFailures(plan.failed);
+  if (plan.task) return Gather(*plan.task);
+  working_ = false;
+  if (plan.goes_on || !changed_.empty() || !ended_.empty() || !left_out_.empty()) Go();
 }
 
 void DenseService::Gather(DenseTask task) {
@@ -146,46 +167,70 @@ void DenseService::Gather(DenseTask task) {
 }
 
 void DenseService::MakeMap(const std::shared_ptr<Gathering>& gathering) {
-  worker_->Run([this, gathering] { return MakeOnWorker(*gathering); },
+  worker_->Run([this, gathering] { return Make(*gathering); },
                [this](const Made& made) { OnMade(made); });
 }
 
-DenseService::Made DenseService::MakeOnWorker(const Gathering& gathering) {
+DenseService::Made DenseService::Make(const Gathering& gathering) {
+  constexpr int kRefinedAfterMap = 2;
   const Timer timer;
   Made made;
-  const uint32_t image_id = gathering.task.image_id;
-  try {
-    const StepRecord::Scope scope(&node_.steps(), 0, {image_id, kStep});
-    for (const auto& [id, photo] : gathering.photos) {
-      if (!Decode(id, photo)) made.failed.push_back(id);
+  const auto attempt = [&](uint32_t id, const std::function<void()>& work) {
+    if (!Try(id, work)) made.failed.push_back(id);
+  };
+  for (const auto& [id, photo] : gathering.photos) {
+    if (!photo.ok()) {
+      LogWarn("image {}: {}", id, photo.error());  // it is wanted again with the next shape
+    } else if (!Decode(id, *photo)) {
+      made.failed.push_back(id);
     }
-    maps_.Make(gathering.task, NowUs());
-  } catch (const std::exception& error) {
-    LogWarn("image {}: {}", image_id, error.what());
-    made.failed.push_back(image_id);
+  }
+  const DenseTask& task = gathering.task;
+  attempt(task.image_id, [&] { maps_.Make(task, NowUs()); });
+  for (int i = 0; i < kRefinedAfterMap; ++i) {
+    if (const auto id = maps_.NextToRefine()) attempt(*id, [&] { maps_.Refine(*id, NowUs()); });
   }
   made.seconds = timer.ElapsedS();
   return made;
 }
 
-bool DenseService::Decode(uint32_t image_id, const Result<Bytes>& photo) {
-  Status status = photo.ok() ? Status::Ok() : photo.status();
-  if (status.ok()) {
-    const Result<DecodedPhoto> decoded = decoder_->Decode(*photo, options_.size_px);
-    status = decoded.ok() ? maps_.SetPhoto(image_id, cv::Mat3b(decoded->image)) : decoded.status();
+// False: it threw. A crash counts against the photo by the record of steps.
+bool DenseService::Try(uint32_t image_id, const std::function<void()>& work) {
+  worker_->NoteProgress();
+  const StepRecord::Scope scope(&node_.steps(), 0, {image_id, kStep});
+  try {
+    work();
+    return true;
+  } catch (const std::exception& error) {
+    LogWarn("image {}: {}", image_id, error.what());
+    return false;
   }
+}
+
+// False: the photo is to blame. Where no decoder can be started, it is wanted again with the next
+// shape.
+bool DenseService::Decode(uint32_t image_id, const Bytes& photo) {
+  Status status;
+  const bool is_done = Try(image_id, [&] {
+    const Result<DecodedPhoto> decoded = decoder_->Decode(photo, options_.size_px);
+    status = decoded.ok() ? maps_.SetPhoto(image_id, cv::Mat3b(decoded->image)) : decoded.status();
+  });
   if (!status.ok()) LogWarn("image {}: {}", image_id, status.error());
-  return status.ok();
+  return is_done && (status.ok() || status.code == StatusCode::kUnavailable);
 }
 
 void DenseService::OnMade(const Made& made) {
   working_ = false;
   ++num_done_;
   sum_s_ += made.seconds;
-  for (const uint32_t id : made.failed) {
+  NoteFailures(made.failed);
+  Go();
+}
+
+void DenseService::NoteFailures(const std::vector<uint32_t>& failed) {
+  for (const uint32_t id : failed) {
     if (failed_.Note(id)) left_out_.push_back(id);
   }
-  Go();
 }
 
 // ---- What is published ----

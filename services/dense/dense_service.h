@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -55,9 +56,15 @@ class DenseService {
     size_t num_missing = 0;
     std::map<uint32_t, Result<Bytes>> photos;
   };
+  // A step of the worker.
   struct Made {
     std::vector<uint32_t> failed;  // photos, for the first time or again
     double seconds = 0;
+  };
+  struct Plan {
+    std::optional<DenseTask> task;
+    std::vector<uint32_t> failed;
+    bool goes_on = false;
   };
 
   ShapeFollowerOptions FollowShapes();
@@ -65,8 +72,15 @@ class DenseService {
   void Go();
   void Gather(DenseTask task);
   void MakeMap(const std::shared_ptr<Gathering>& gathering);
-  Made MakeOnWorker(const Gathering& gathering);
-  bool Decode(uint32_t image_id, const Result<Bytes>& photo);
+  ShapePtr KnownPhotosOf(const Shape& shape) const;
+  void OnPlan(const Plan& plan);
+  void NoteFailures(const std::vector<uint32_t>& failed);
+  // On the worker.
+  Plan MakePlan(const std::vector<ShapePtr>& shapes);
+  Made Make(const Gathering& gathering);
+  bool Try(uint32_t image_id, const std::function<void()>& work);
+  bool Decode(uint32_t image_id, const Bytes& photo);
+  // On the loop.
   void OnMade(const Made& made);
   void TakeSnapshot();
   void OnSnapshot(Snapshot snapshot);

@@ -6,6 +6,7 @@
 
 #include "core/file_below.h"
 #include "core/log.h"
+#include "event_loop/exit_signal.h"
 
 namespace skein {
 namespace {
@@ -18,9 +19,11 @@ std::filesystem::path FileOf(const std::filesystem::path& session_dir) {
 
 }  // namespace
 
-FailedPhotos::FailedPhotos(const std::filesystem::path& session_dir, const std::vector<Step>& left)
+FailedPhotos::FailedPhotos(const std::filesystem::path& session_dir, const std::vector<Step>& left,
+                           int exit_signal)
     : session_dir_(session_dir) {
   Read();
+  if (!IsCrash(exit_signal)) return;
   for (const Step& step : left) {
     const bool is_photo = step.item > 0 && step.item <= std::numeric_limits<uint32_t>::max();
     if (is_photo) Note(static_cast<uint32_t>(step.item));

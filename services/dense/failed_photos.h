@@ -17,8 +17,10 @@ constexpr int kMaxDenseFailures = 3;  // then a photo is left out
 class FailedPhotos {
  public:
   // session_dir: "" where this process does not share the folder; counts are then kept in memory
-  // alone. `left`: steps on which the process before died (StepRecord).
-  FailedPhotos(const std::filesystem::path& session_dir, const std::vector<Step>& left);
+  // alone. `left`: steps that the process before left (StepRecord). They count if it died of
+  // `exit_signal` by a crash or a hang.
+  FailedPhotos(const std::filesystem::path& session_dir, const std::vector<Step>& left,
+               int exit_signal);
 
   // True: for the third time.
   bool Note(uint32_t image_id);

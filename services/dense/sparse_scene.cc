@@ -97,13 +97,14 @@ Status SparseScene::TakeChunks(const Shape& shape) {
     if (tracks->ends.size() != points->points.size()) {
       return DataLoss(name + ": not the tracks of its points");
     }
-    Chunk& chunk = chunks_[shaped.id];
+    Chunk chunk;
     chunk.version = shaped.version;
     chunk.tracks = *std::move(tracks);
     for (const ShapePoint& point : points->points) {
       const Eigen::Vector3d steps(point.xyz[0], point.xyz[1], point.xyz[2]);
       chunk.points.push_back(Eigen::Vector3d::Map(points->origin.data()) + points->step * steps);
     }
+    chunks_[shaped.id] = std::move(chunk);
   }
   return Status::Ok();
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/log.h"
+#include "event_loop/exit_signal.h"
 #include "event_loop/step_record.h"
 #include "ledger/fact_ids.h"
 #include "photo/photo_name.h"

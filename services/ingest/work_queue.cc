@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <csignal>
 
+#include "event_loop/exit_signal.h"
+
 namespace skein {
 namespace {
 
@@ -22,11 +24,6 @@ std::string SignalName(int signal) {
       {SIGTERM, "SIGTERM"}, {SIGALRM, "SIGALRM: its job made no progress"}};
   const auto found = kNames.find(signal);
   return found != kNames.end() ? found->second : "signal " + std::to_string(signal);
-}
-
-bool IsCrash(int signal) {
-  return signal == SIGSEGV || signal == SIGABRT || signal == SIGBUS || signal == SIGFPE ||
-         signal == SIGILL || signal == SIGALRM;
 }
 
 void WorkQueue::Add(int64_t item) {

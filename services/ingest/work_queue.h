@@ -112,7 +112,5 @@ class WorkQueue {
 
 // "SIGSEGV" for 11; "signal 35" for others.
 std::string SignalName(int signal);
-// Whether a process that ended by this signal did so by its own fault.
-bool IsCrash(int signal);
 
 }  // namespace skein

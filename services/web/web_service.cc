@@ -207,6 +207,7 @@ void WebService::OnFact(const Fact& fact) {
   server_->NoteEvents();
   if (const auto* end = std::get_if<submap_end_t>(&fact)) {
     api_->shapes().Drop(end->submap_id);
+    dense_->Drop(end->submap_id);
     if (api_->dense().Drop(end->submap_id)) {
       server_->TellLatest(DenseKey(end->submap_id), DenseGoneMessage(end->submap_id));
     }
