@@ -91,9 +91,7 @@ std::string DenseJson(int64_t submap_id, const DensePoints& points) {
                       {"share", Rounded(photo.share, kShareDigits)},
                       {"chunks", std::move(chunks)}});
   }
-  return json({{"submap", submap_id},
-               {"version", points.version},
-               {"photos", std::move(photos)}})
+  return json({{"submap", submap_id}, {"version", points.version}, {"photos", std::move(photos)}})
       .dump();
 }
 

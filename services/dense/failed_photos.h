@@ -17,7 +17,7 @@ constexpr int kMaxDenseFailures = 3;  // then a photo is left out
 class FailedPhotos {
  public:
   // session_dir: "" where this process does not share the folder; counts are then kept in memory
-  // alone. `left`: steps that the process before left (StepRecord). They count if it died of
+  // alone. `left`: steps that the process before left (StepRecord); counted if it died of
   // `exit_signal` by a crash or a hang.
   FailedPhotos(const std::filesystem::path& session_dir, const std::vector<Step>& left,
                int exit_signal);
