@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <exception>
+#include <stdexcept>
 
 #include "core/clock.h"
 #include "core/counted.h"
@@ -40,17 +41,14 @@ DenseManifest ManifestOf(const std::map<uint32_t, DensePhotoPoints>& points) {
 
 }  // namespace
 
-DenseService::DenseService(Node& node, const DenseOptions& options,
-                           std::unique_ptr<PhotoDecoder> decoder)
+DenseService::DenseService(Node& node, const DenseOptions& options)
     : node_(node),
       options_(options),
       failed_(node.options().session_dir, node.steps().left(), PreviousExitSignal()),
       maps_(MapsOptions(options, [this] { worker_->NoteProgress(); })),
-      decoder_(std::move(decoder)),
       left_out_(failed_.LeftOut()) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
-  // The loop keeps its priority: its sign of life is waited for.
-  worker_->Run([] { SetNicenessOfThread(kNiceness); }, [] {});
+  worker_->Run([this] { Prepare(); }, [] {});
   shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   timers_ = {node.loop().AddTimer(kTellS, [this] { TakeSnapshot(); }),
@@ -64,6 +62,14 @@ DenseService::DenseService(Node& node, const DenseOptions& options,
     heartbeat->mean_s = num_done_ == 0 ? 0.F : static_cast<float>(sum_s_ / num_done_);
     heartbeat->state = Counted(num_points, "dense point");
   });
+}
+
+// On the worker: the loop keeps its priority, as its sign of life is waited for.
+void DenseService::Prepare() {
+  SetNicenessOfThread(kNiceness);
+  Result<std::unique_ptr<PhotoDecoder>> decoder = PhotoDecoder::Start(options_.decoder);
+  if (!decoder.ok()) throw std::runtime_error(decoder.error());
+  decoder_ = *std::move(decoder);
 }
 
 DenseService::~DenseService() {

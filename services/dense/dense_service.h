@@ -31,7 +31,7 @@ namespace skein {
 // return at any time: it then begins again. Loop's thread; maps are made on another.
 class DenseService {
  public:
-  DenseService(Node& node, const DenseOptions& options, std::unique_ptr<PhotoDecoder> decoder);
+  DenseService(Node& node, const DenseOptions& options);
   ~DenseService();
   DenseService(const DenseService&) = delete;
   DenseService& operator=(const DenseService&) = delete;
@@ -76,6 +76,7 @@ class DenseService {
   void OnPlan(const Plan& plan);
   void NoteFailures(const std::vector<uint32_t>& failed);
   // On the worker.
+  void Prepare();
   Plan MakePlan(const std::vector<ShapePtr>& shapes);
   Made Make(const Gathering& gathering);
   bool Try(uint32_t image_id, const std::function<void()>& work);
@@ -94,10 +95,10 @@ class DenseService {
   FailedPhotos failed_;
   SessionState state_;
   ShapeStore store_;
-  DenseMaps maps_;                               // used by the worker
-  const std::unique_ptr<PhotoDecoder> decoder_;  // the same
-  std::set<int64_t> changed_, ended_;            // submaps that the worker is to hear of
-  std::vector<uint32_t> left_out_;               // the same, photos
+  DenseMaps maps_;                         // used by the worker
+  std::unique_ptr<PhotoDecoder> decoder_;  // the same; its child is as nice as the worker
+  std::set<int64_t> changed_, ended_;      // submaps that the worker is to hear of
+  std::vector<uint32_t> left_out_;         // the same, photos
   bool working_ = false;
   std::map<int64_t, Told> told_;  // by submap
   std::set<uint32_t> shown_;      // photos whose points were published

@@ -70,9 +70,7 @@ class DenseServiceTest : public testing::Test {
   std::unique_ptr<DenseService> Start() {
     DenseOptions options;
     options.size_px = depth_test::kWallWidth;
-    auto decoder = PhotoDecoder::Start(options.decoder);
-    EXPECT_TRUE(decoder.ok()) << decoder.error();
-    return std::make_unique<DenseService>(node_, options, *std::move(decoder));
+    return std::make_unique<DenseService>(node_, options);
   }
   bool WaitFor(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
   size_t NumPhotos() const {

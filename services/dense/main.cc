@@ -1,5 +1,4 @@
 #include <opencv2/core.hpp>
-#include <stdexcept>
 
 #include "dense/dense_options.h"
 #include "dense/dense_service.h"
@@ -16,9 +15,7 @@ int main(int argc, char** argv) {
   }
   return skein::RunService(node_options, [&](skein::Node& node) {
     cv::setNumThreads(1);
-    auto decoder = skein::PhotoDecoder::Start(options.decoder);
-    if (!decoder.ok()) throw std::runtime_error(decoder.error());
-    skein::DenseService service(node, options, *std::move(decoder));
+    skein::DenseService service(node, options);
     node.Run();
   });
 }
