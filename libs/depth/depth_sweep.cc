@@ -27,8 +27,8 @@ constexpr int kStopRows = 16;  // rows between two questions whether to stop
 constexpr int kEvidenceWindow = 5;
 // Standard errors: of a match with the least evidence that is kept, and of a sub-step (measured:
 // docs/experiments/depth.md).
-constexpr double kMatchErrorPx = 0.35;
-constexpr double kSubStepError = 0.1;  // of a step
+constexpr double kMatchErrorPx = 0.7;
+constexpr double kSubStepError = 0.2;  // of a step
 
 // Adds the CPU time of its life.
 class PartTimer {
