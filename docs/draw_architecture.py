@@ -78,10 +78,11 @@ def processes():
         parts += [arrow(x + 40, 200, x + 40, 110), label(x + 40, 146, taken),
                   arrow(x + 96, 110, x + 96, 200), label(x + 96, 174, given)]
     parts += box(20, 204, 922, 56, 'skein-ingest', 'the one writer: checks photos, orders facts, leases work, serves blobs, writes final models', '#dff0dc')
-    parts += [arrow(195, 262, 195, 306), arrow(475, 262, 475, 306), arrow(710, 262, 710, 306), arrow(730, 306, 730, 264)]
+    parts += [arrow(195, 262, 195, 306), arrow(475, 262, 475, 306), arrow(648, 262, 648, 306), arrow(820, 262, 820, 306), arrow(840, 306, 840, 264)]
     parts += box(20, 310, 350, 56, 'session folder', 'ledger.db  images/  blobs/  sparse/  report.json  keys/', '#f0f0f0')
     parts += box(390, 310, 170, 56, 'skein-guide', 'tells what to photograph next', '#dbe9f9')
-    parts += box(580, 310, 362, 56, 'skein-web, skein status, view, finish, export', 'read the ledger; ask for the finish', '#fbe7cf')
+    parts += box(572, 310, 152, 56, 'skein-dense', 'depth maps, dense points', '#dbe9f9')
+    parts += box(736, 310, 206, 56, 'skein-web, skein', 'read the ledger; ask for the finish', '#fbe7cf')
     return parts
 
 
