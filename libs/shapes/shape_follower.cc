@@ -1,5 +1,6 @@
 #include "shapes/shape_follower.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -68,6 +69,20 @@ std::optional<std::vector<ShapeFollower::WantedBlob>> ShapeFollower::WantedOf(
     if (sum_bytes > ShapeStore::kMaxBytes) return std::nullopt;
   }
   return wanted;
+}
+
+ShapeFollowerOptions FollowLiveSubmaps(const SessionState& state) {
+  ShapeFollowerOptions options;
+  options.read_session = [&state](const std::function<void(const SessionState&)>& read) {
+    read(state);
+  };
+  options.is_wanted = [&state] {
+    const auto& submaps = state.submaps();
+    return std::any_of(submaps.begin(), submaps.end(),
+                       [](const auto& submap) { return !submap.second.ended; });
+  };
+  options.with_tracks = true;
+  return options;
 }
 
 ShapeFollower::ShapeFollower(Node& node, ShapeStore& store, ShapeFollowerOptions options)

@@ -32,6 +32,10 @@ struct ShapeFollowerOptions {
   std::function<void(int64_t submap_id, uint64_t version)> on_model;
 };
 
+// Shapes with tracks while any submap lives, for a process that follows the ledger itself. `state`
+// outlives the follower.
+ShapeFollowerOptions FollowLiveSubmaps(const SessionState& state);
+
 // While they are wanted, asks the mappers for shapes, and keeps the newest of each submap in
 // `store`. One pull a submap at a time. A blob that its owner no longer has ends it, and so do 10 s
 // without a byte; the next shape begins another. Loop's thread only, but for NoteLook and

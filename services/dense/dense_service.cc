@@ -77,16 +77,7 @@ DenseService::~DenseService() {
 }
 
 ShapeFollowerOptions DenseService::FollowShapes() {
-  ShapeFollowerOptions options;
-  options.read_session = [this](const std::function<void(const SessionState&)>& read) {
-    read(state_);
-  };
-  options.is_wanted = [this] {
-    const auto& submaps = state_.submaps();
-    return std::any_of(submaps.begin(), submaps.end(),
-                       [](const auto& submap) { return !submap.second.ended; });
-  };
-  options.with_tracks = true;
+  ShapeFollowerOptions options = FollowLiveSubmaps(state_);
   options.on_shape = [this](int64_t submap_id, uint64_t) {
     changed_.insert(submap_id);
     Go();

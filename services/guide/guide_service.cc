@@ -86,16 +86,7 @@ GuideService::GuideService(Node& node, const GuideOptions& options)
 GuideService::~GuideService() { node_.loop().CancelTimer(timer_); }
 
 ShapeFollowerOptions GuideService::FollowShapes() {
-  ShapeFollowerOptions options;
-  options.read_session = [this](const std::function<void(const SessionState&)>& read) {
-    read(state_);
-  };
-  options.is_wanted = [this] {
-    const auto& submaps = state_.submaps();
-    return std::any_of(submaps.begin(), submaps.end(),
-                       [](const auto& submap) { return !submap.second.ended; });
-  };
-  options.with_tracks = true;
+  ShapeFollowerOptions options = FollowLiveSubmaps(state_);
   options.on_shape = [this](int64_t submap_id, uint64_t version) {
     LogDebug("submap {}: a shape of {} photos, made {:.3f} s ago", submap_id,
              store_.Find(submap_id)->photos.size(),
