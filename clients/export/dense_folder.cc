@@ -7,6 +7,7 @@
 
 #include "clients/export/image_file.h"
 #include "core/file.h"
+#include "core/ply.h"
 #include "depth/ground_grid.h"
 #include "depth/model_depths.h"
 #include "export/geotiff.h"
@@ -111,11 +112,7 @@ class DenseFolder {
   }
 
   Status WritePoints(int64_t num_points, const fs::path& file) const {
-    std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                      std::to_string(num_points) +
-                      "\nproperty float x\nproperty float y\nproperty float z\n"
-                      "property float nx\nproperty float ny\nproperty float nz\n"
-                      "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+    std::string ply = PlyHeader(static_cast<size_t>(num_points), true) + "end_header\n";
     for (const auto& points : points_) {
       for (const DensePoint& point : points) Append(point, &ply);
     }

@@ -59,7 +59,6 @@ class DepthSweep {
 
  private:
   class Workspace;
-  DepthOptions options_;
   std::unique_ptr<Workspace> workspace_;
 };
 

@@ -12,13 +12,14 @@
 #include "depth/depth_map.h"
 #include "depth/depth_scene.h"
 #include "depth/depth_sweep.h"
+#include "depth/neighbours.h"
 
 namespace skein {
 
 struct ModelDepthOptions {
-  int size_px = 800;          // longer side of a depth map; a smaller photo keeps its own
-  size_t num_matched = 3;     // neighbours that a photo is matched with
-  size_t num_confirming = 6;  // neighbours whose maps may agree with one
+  int size_px = 800;  // longer side of a depth map; a smaller photo keeps its own
+  size_t num_matched = kNumMatched;
+  size_t num_confirming = kNumConfirming;
   DepthOptions sweep;
 };
 

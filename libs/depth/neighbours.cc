@@ -74,14 +74,21 @@ std::vector<int> ChooseNeighbours(const std::vector<SparsePhoto>& photos,
   return chosen;
 }
 
-std::optional<DepthRange> RangeOfPoints(const SparsePhoto& photo,
-                                        const std::vector<Eigen::Vector3d>& points) {
-  std::vector<double> inverse;
+std::vector<double> DepthsOfPoints(const SparsePhoto& photo,
+                                   const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> depths;
   for (const int i : photo.points) {
     const double depth =
         photo.cam_from_world.rotation.row(2) * points[i] + photo.cam_from_world.translation.z();
-    if (depth > 0) inverse.push_back(1 / depth);
+    if (depth > 0) depths.push_back(depth);
   }
+  return depths;
+}
+
+std::optional<DepthRange> RangeOfPoints(const SparsePhoto& photo,
+                                        const std::vector<Eigen::Vector3d>& points) {
+  std::vector<double> inverse = DepthsOfPoints(photo, points);
+  for (double& value : inverse) value = 1 / value;
   if (inverse.size() < kMinPoints) return std::nullopt;
   std::sort(inverse.begin(), inverse.end());
   const size_t outliers = static_cast<size_t>(kOutliers * static_cast<double>(inverse.size()));

@@ -9,6 +9,9 @@
 
 namespace skein {
 
+constexpr size_t kNumMatched = 3;     // neighbours that a photo is matched with
+constexpr size_t kNumConfirming = 6;  // neighbours whose maps may agree with one
+
 struct SparsePhoto {
   DepthPose cam_from_world;
   std::vector<int> points;  // indices of the points that it observes, ascending, each once
@@ -22,6 +25,10 @@ constexpr double kMinCommon = 10;
 std::vector<int> ChooseNeighbours(const std::vector<SparsePhoto>& photos,
                                   const std::vector<Eigen::Vector3d>& points, int index,
                                   size_t most);
+
+// Depths of the points that a photo observes, of those in front of it.
+std::vector<double> DepthsOfPoints(const SparsePhoto& photo,
+                                   const std::vector<Eigen::Vector3d>& points);
 
 // The depths of a photo's points, with a margin of inverse depth on both sides, without the nearest
 // and the farthest percent. nullopt: too few points in front of the camera.

@@ -3,15 +3,13 @@
 #include <string>
 
 #include "core/file.h"
+#include "core/ply.h"
 
 namespace skein {
 
 Status WritePointsPly(const Reconstruction& model, const std::filesystem::path& file) {
   constexpr size_t kVertexBytes = 3 * sizeof(float) + 3;
-  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                    std::to_string(model.NumPoints3D()) +
-                    "\nproperty float x\nproperty float y\nproperty float z\n"
-                    "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n";
+  std::string ply = PlyHeader(model.NumPoints3D(), false) + "end_header\n";
   ply.reserve(ply.size() + kVertexBytes * model.NumPoints3D());
   for (const auto& [id, point] : model.Points3D()) {
     const Eigen::Vector3f xyz = point.XYZ().cast<float>();

@@ -14,7 +14,7 @@ double Rms(const std::vector<double>& values) {
   return values.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(values.size()));
 }
 
-// Of what was used.
+// The residual's length, without the height where altitudes are not used.
 double Length(const Georeference& georeference, const GeoResidual& residual) {
   return georeference.altitudes_used ? residual.enu_m.norm() : residual.enu_m.head<2>().norm();
 }

@@ -11,13 +11,7 @@ namespace skein::model_place_test {
 class ModelPlaceTest : public testing::Test {
  protected:
   void SetUp() override {
-    for (const int64_t id : {1, 2}) {
-      image_t image{};
-      image.image_id = id;
-      image.agent = "alice";
-      image.name = std::to_string(id) + ".jpg";
-      ledger_.Commit(image);
-    }
+    for (const int64_t id : {1, 2}) ledger_.PhotoOf("alice", id);
     ledger_.Seed(5, 1, 2);
     ledger_.Lease(5, 1);
     model_.submap_id = 5;

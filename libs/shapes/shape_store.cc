@@ -1,8 +1,20 @@
 #include "shapes/shape_store.h"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace skein {
+
+bool HasPose(const ShapePhoto& photo) {
+  constexpr double kLeastNorm = 1e-6;
+  double squares = 0;
+  for (const double value : photo.qvec) squares += value * value;
+  const double norm = std::sqrt(squares);
+  return std::isfinite(norm) && norm >= kLeastNorm &&
+         std::all_of(photo.tvec.begin(), photo.tvec.end(),
+                     [](double value) { return std::isfinite(value); });
+}
 namespace {
 
 int64_t BytesOf(const Shape& shape) {

@@ -37,6 +37,9 @@ struct Shape {
 };
 using ShapePtr = std::shared_ptr<const Shape>;
 
+// Whether a photo's pose is finite, and its quaternion long enough to be normalised.
+bool HasPose(const ShapePhoto& photo);
+
 // The newest shape of each submap. Any thread.
 class ShapeStore {
  public:

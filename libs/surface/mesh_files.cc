@@ -6,6 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "core/ply.h"
+
 namespace skein {
 namespace {
 
@@ -56,7 +58,7 @@ class Glb {
     return z_up_ ? Vector(v.x(), v.z(), -v.y()) : v;
   }
 
-  // Of what was added to the buffer since `begin`.
+  // The accessor covers the bytes that were added to the buffer since `begin`.
   void AddAccessor(size_t begin, int target, json accessor) {
     accessor["bufferView"] = views_.size();
     views_.push_back({{"buffer", 0},
@@ -165,11 +167,7 @@ class Glb {
 std::string MeshPly(const SurfaceMesh& mesh) {
   constexpr size_t kVertexBytes = 6 * sizeof(float) + 3, kFaceBytes = 1 + 3 * sizeof(uint32_t);
   constexpr uint8_t kCornersOfFace = 3;
-  std::string ply = "ply\nformat binary_little_endian 1.0\nelement vertex " +
-                    std::to_string(mesh.vertices.size()) +
-                    "\nproperty float x\nproperty float y\nproperty float z\n"
-                    "property float nx\nproperty float ny\nproperty float nz\n"
-                    "property uchar red\nproperty uchar green\nproperty uchar blue\nelement face " +
+  std::string ply = PlyHeader(mesh.vertices.size(), true) + "element face " +
                     std::to_string(mesh.NumTriangles()) +
                     "\nproperty list uchar int vertex_indices\nend_header\n";
   ply.reserve(ply.size() + kVertexBytes * mesh.vertices.size() +

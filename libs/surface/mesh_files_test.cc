@@ -1,4 +1,4 @@
-// What mesh_files.h writes, read by readers after the formats' own documentation. They share no
+// The files of mesh_files.h, read by readers after the formats' own documentation, which share no
 // code with the writers.
 #include "surface/mesh_files.h"
 
@@ -37,7 +37,7 @@ Eigen::Vector3d ReadVector(const std::string& bytes, size_t at) {
   return {ReadAt<float>(bytes, at), ReadAt<float>(bytes, at + 4), ReadAt<float>(bytes, at + 8)};
 }
 
-// Of the order of properties that mesh_files.h names.
+// The file has the properties in the order that mesh_files.h names.
 ReadMesh ReadPly(const std::string& ply) {
   const std::string end = "end_header\n";
   size_t at = ply.find(end) + end.size();

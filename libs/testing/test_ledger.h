@@ -32,6 +32,14 @@ class TestLedger {
     image.image_id = image_id;
     return Commit(image);
   }
+  // AGENT/ID.jpg
+  int64_t PhotoOf(const std::string& agent, int64_t image_id) {
+    image_t image{};
+    image.image_id = image_id;
+    image.agent = agent;
+    image.name = std::to_string(image_id) + ".jpg";
+    return Commit(image);
+  }
   // Matches of a photo, which is accepted before if it was not.
   int64_t Matches(int64_t image_id, const std::vector<two_view_t>& pairs) {
     if (state().FindPhoto(image_id) == nullptr) Photo(image_id);

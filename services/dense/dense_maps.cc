@@ -24,9 +24,7 @@ struct DenseMaps::Fit {
 
 namespace {
 
-constexpr size_t kNumNeighbours = 3;  // that a photo is matched with
 constexpr size_t kMinNeighbours = kMinAgreeing;
-constexpr size_t kNumConfirming = 6;  // maps that may agree with one
 constexpr size_t kMinSamples = 8;     // sparse points with a depth, to tell a scale
 constexpr double kScaleStep = 0.002;  // a fifth of what two maps may differ by
 constexpr double kMisfit = 0.5;       // of the share of sparse points that fitted a new map
@@ -56,17 +54,6 @@ double ShiftPx(const Camera& a, const Camera& b, int size_px) {
     }
   }
   return most * std::min(1.0, size_px / std::max(width, height));
-}
-
-// Of the points that the photo sees; 0 without any in front of it.
-double MedianDepth(const SparsePhoto& photo, const std::vector<Eigen::Vector3d>& points) {
-  std::vector<double> depths;
-  for (const int i : photo.points) {
-    const double depth =
-        photo.cam_from_world.rotation.row(2) * points[i] + photo.cam_from_world.translation.z();
-    if (depth > 0) depths.push_back(depth);
-  }
-  return depths.empty() ? 0 : UpperMedian(depths);
 }
 
 void Scale(double scale, DepthMap* map) {
@@ -137,7 +124,7 @@ struct DenseMaps::Photo {
   cv::Mat3b colours;
   Camera camera;
   Camera map_camera;  // of the pixels that the map was made of
-  // Of the sweep, and what others agree with; empty where there is none.
+  // The sweep's map, and the depths that others agree with; empty where there is none.
   DepthMap map, agreed;
   std::vector<uint32_t> neighbours;  // of the sweep, best first
   Fit fit;                           // when the map was new
@@ -223,6 +210,11 @@ void DenseMaps::TakeOrphans() {
       if (is_orphan) TakePose(scene, static_cast<int>(i), submap_id);
     }
   }
+  EraseEmpty();
+}
+
+// The photos that are in no submap, and of which nothing is kept.
+void DenseMaps::EraseEmpty() {
   for (auto photo = photos_.begin(); photo != photos_.end();) {
     const bool is_empty = photo->second.submap_id == 0 && photo->second.bytes() == 0 &&
                           photo->second.points.chunks.empty();
@@ -242,7 +234,8 @@ void DenseMaps::TakePose(const SparseScene& scene, int index, int64_t submap_id)
       sparse.cam_from_world;
   if (photo.has_map()) return FitScale(sparse, scene.points(), is_new_here, &photo);
   if (photo.points.chunks.empty()) return;
-  const double depth = MedianDepth(sparse, scene.points());
+  const std::vector<double> depths = DepthsOfPoints(sparse, scene.points());
+  const double depth = depths.empty() ? 0 : UpperMedian(depths);
   if (is_new_here && depth > 0 && photo.sparse_depth > 0) {
     photo.points.scale *= depth / photo.sparse_depth;
   }
@@ -338,7 +331,7 @@ bool DenseMaps::FindsBetterNeighbours(uint32_t image_id, Photo* photo) const {
 }
 
 std::vector<uint32_t> DenseMaps::Matched(std::vector<uint32_t> neighbours) {
-  if (neighbours.size() > kNumNeighbours) neighbours.resize(kNumNeighbours);
+  if (neighbours.size() > kNumMatched) neighbours.resize(kNumMatched);
   return neighbours;
 }
 
@@ -448,7 +441,7 @@ std::optional<uint32_t> DenseMaps::NextToRefine() {
   return *dirty_.rbegin();
 }
 
-// Those that it was matched with or may be, and those of which it is one; all with a depth map.
+// The photo's neighbours, and the photos whose neighbour it is, as far as they have a depth map.
 std::set<uint32_t> DenseMaps::Confirming(uint32_t image_id) const {
   const Photo& photo = photos_.at(image_id);
   std::set<uint32_t> ids(photo.neighbours.begin(), photo.neighbours.end());

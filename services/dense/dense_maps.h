@@ -102,6 +102,7 @@ class DenseMaps {
                                   const std::vector<Eigen::Vector3d>& points);
   void Leave(Photo* photo);
   void TakeOrphans();
+  void EraseEmpty();
   void TakePose(const SparseScene& scene, int index, int64_t submap_id);
   void FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vector3d>& points,
                 bool is_new_here, Photo* photo);

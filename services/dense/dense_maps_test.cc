@@ -171,7 +171,7 @@ TEST_F(DenseMapsTest, MapsUsedLongestAgoAreForgottenAndTheirPointsStay) {
   TestWall wall;
   wall.Walk(8);
   DenseMapsOptions options = Options();
-  // Of a photo: grey, colours, and two maps of depth and error.
+  // Five photos, each with grey, colours, and two maps of depth and error.
   options.memory_bytes = 5 * (1 + 3 + 16) * depth_test::kWallWidth * depth_test::kWallHeight;
   DenseMaps maps(options);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());

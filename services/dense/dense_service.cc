@@ -261,8 +261,9 @@ void DenseService::OnSnapshot(Snapshot snapshot) {
 void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPoints>& points) {
   DenseManifest manifest = ManifestOf(points);
   Told& told = told_[submap_id];
-  manifest.version = told.manifest.version;
-  if (EncodeDenseManifest(manifest) == EncodeDenseManifest(told.manifest)) return;
+  Bytes content = EncodeDenseManifest(manifest);
+  if (content == told.content) return;
+  told.content = std::move(content);
   last_version_ = std::max(NowUs(), last_version_ + 1);
   manifest.version = static_cast<uint64_t>(last_version_);
   auto bytes = std::make_shared<const Bytes>(EncodeDenseManifest(manifest));
@@ -282,7 +283,6 @@ void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPo
   for (const auto& [id, blob] : blobs) node_.blobs().Keep(id, blob);
   for (const auto& [id, blob] : told.previous) node_.blobs().Release(id);
   told.previous = std::exchange(told.blobs, std::move(blobs));
-  told.manifest = std::move(manifest);
   node_.Publish(kDensePointsChannel, message);
 }
 

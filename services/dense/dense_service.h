@@ -40,7 +40,7 @@ class DenseService {
   using Blobs = std::map<std::string, BlobPtr>;
   // Points of a submap as they are published.
   struct Told {
-    DenseManifest manifest;
+    Bytes content = EncodeDenseManifest(DenseManifest());  // the list, without its version
     dense_points_t message{};
     Blobs blobs, previous;  // those before: somebody may be pulling them
   };

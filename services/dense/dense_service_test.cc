@@ -6,6 +6,7 @@
 #include "shapes/dense_follower.h"
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
+#include "testing/test_shape.h"
 
 namespace skein::dense_service_test {
 
@@ -49,23 +50,7 @@ class DenseServiceTest : public testing::Test {
     for (uint32_t id = 1; id <= 4; ++id) StorePhoto(id, Encode(wall_.Picture(id), ".png"));
   }
   void ShowMap(uint64_t version) {
-    const ShapePtr shape = wall_.MakeShape(kSubmap, version);
-    ShapeManifest manifest;
-    manifest.version = version;
-    manifest.photos = shape->photos;
-    manifest.cameras = shape->cameras;
-    for (const Shape::Chunk& chunk : shape->chunks) {
-      manifest.chunks.push_back({chunk.id, chunk.version, chunk.num_points,
-                                 mapper_.blobs().Serve(*chunk.points),
-                                 mapper_.blobs().Serve(*chunk.tracks), chunk.tracks->size()});
-    }
-    const Bytes bytes = EncodeShapeManifest(manifest);
-    told_.submap_id = kSubmap;
-    told_.epoch = 1;
-    told_.owner = kMapper;
-    told_.version = static_cast<int64_t>(version);
-    told_.manifest_bytes = static_cast<int64_t>(bytes.size());
-    told_.manifest_blob = mapper_.blobs().Serve(bytes);
+    told_ = ServeShape(mapper_, *wall_.MakeShape(kSubmap, version));
   }
   std::unique_ptr<DenseService> Start() {
     DenseOptions options;

@@ -29,12 +29,9 @@ std::optional<Camera> SoundCamera(const ShapeCamera& shape) {
   return has_focal ? std::optional(camera) : std::nullopt;
 }
 
-std::optional<DepthPose> SoundPose(const ShapePhoto& photo) {
-  Eigen::Quaterniond rotation(photo.qvec[0], photo.qvec[1], photo.qvec[2], photo.qvec[3]);
-  const Eigen::Vector3d translation(photo.tvec[0], photo.tvec[1], photo.tvec[2]);
-  const double norm = rotation.norm();
-  if (!std::isfinite(norm) || norm < 1e-6 || !translation.allFinite()) return std::nullopt;
-  return DepthPose{rotation.normalized().toRotationMatrix(), translation};
+DepthPose PoseOf(const ShapePhoto& photo) {
+  const Eigen::Quaterniond rotation(photo.qvec[0], photo.qvec[1], photo.qvec[2], photo.qvec[3]);
+  return {rotation.normalized().toRotationMatrix(), Eigen::Vector3d::Map(photo.tvec.data())};
 }
 
 }  // namespace
@@ -62,9 +59,9 @@ void SparseScene::TakePhotos(const Shape& shape) {
   }
   std::map<uint32_t, std::pair<uint32_t, DepthPose>> by_id;
   for (const ShapePhoto& photo : shape.photos) {
-    const auto pose = SoundPose(photo);
-    if (pose && cameras_.count(photo.camera_id) > 0)
-      by_id[photo.image_id] = {photo.camera_id, *pose};
+    if (HasPose(photo) && cameras_.count(photo.camera_id) > 0) {
+      by_id[photo.image_id] = {photo.camera_id, PoseOf(photo)};
+    }
   }
   image_ids_.clear();
   camera_ids_.clear();

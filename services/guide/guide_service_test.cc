@@ -6,6 +6,7 @@
 
 #include "guide/test_place.h"
 #include "testing/test_node.h"
+#include "testing/test_shape.h"
 
 namespace skein::guide_service_test {
 
@@ -59,23 +60,7 @@ class GuideServiceTest : public testing::Test {
     }
   }
   void Show(const TestPlace& place, uint64_t version) {
-    const auto shape = place.MakeShape(kSubmap, version);
-    ShapeManifest manifest;
-    manifest.version = version;
-    manifest.photos = shape->photos;
-    manifest.cameras = shape->cameras;
-    for (const Shape::Chunk& chunk : shape->chunks) {
-      manifest.chunks.push_back({chunk.id, chunk.version, chunk.num_points,
-                                 mapper_.blobs().Serve(*chunk.points),
-                                 mapper_.blobs().Serve(*chunk.tracks), chunk.tracks->size()});
-    }
-    const Bytes bytes = EncodeShapeManifest(manifest);
-    told_.submap_id = kSubmap;
-    told_.epoch = 1;
-    told_.owner = kMapper;
-    told_.version = static_cast<int64_t>(version);
-    told_.manifest_bytes = static_cast<int64_t>(bytes.size());
-    told_.manifest_blob = mapper_.blobs().Serve(bytes);
+    told_ = ServeShape(mapper_, *place.MakeShape(kSubmap, version));
     is_telling_ = true;
   }
   static GuideOptions Options() {

@@ -19,13 +19,9 @@ bool IsSound(const ShapeCamera& camera) {
          is_focal(camera.fy) && std::isfinite(camera.cx) && std::isfinite(camera.cy);
 }
 
-bool PoseOf(const ShapePhoto& photo, CameraPose* pose) {
-  pose->rotation = Eigen::Quaterniond(photo.qvec[0], photo.qvec[1], photo.qvec[2], photo.qvec[3]);
-  pose->translation = Eigen::Vector3d(photo.tvec[0], photo.tvec[1], photo.tvec[2]);
-  const double norm = pose->rotation.norm();
-  if (!std::isfinite(norm) || norm < 1e-6 || !pose->translation.allFinite()) return false;
-  pose->rotation.normalize();
-  return true;
+CameraPose PoseOf(const ShapePhoto& photo) {
+  const Eigen::Quaterniond rotation(photo.qvec[0], photo.qvec[1], photo.qvec[2], photo.qvec[3]);
+  return {rotation.normalized(), Eigen::Vector3d::Map(photo.tvec.data())};
 }
 
 }  // namespace
@@ -64,8 +60,7 @@ std::map<uint32_t, const ShapePhoto*> ShapeMap::TakeCameras(const Shape& shape) 
                                    camera.cy};
   }
   for (const ShapePhoto& photo : shape.photos) {
-    CameraPose pose;
-    if (sound.count(photo.camera_id) > 0 && PoseOf(photo, &pose)) photos[photo.image_id] = &photo;
+    if (sound.count(photo.camera_id) > 0 && HasPose(photo)) photos[photo.image_id] = &photo;
   }
   return photos;
 }
@@ -82,7 +77,7 @@ bool ShapeMap::TakePhotos(const Shape& shape, const std::map<int64_t, int32_t>& 
     guided.image_id = id;
     guided.camera = cameras_.at(photo->camera_id);
     guided.agent = agent == agent_of_image.end() ? 0 : agent->second;
-    PoseOf(*photo, &guided.cam_from_world);
+    guided.cam_from_world = PoseOf(*photo);
   }
   return has_new;
 }
