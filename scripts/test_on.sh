@@ -46,7 +46,16 @@ timed() {
   "$@" || die "failed on $release: $what"
   table+=("$(printf '%-36s %6d s' "$what" $((SECONDS - begin)))")
 }
-inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
+inside() {
+  chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
+    ${NODE_EXTRA_CA_CERTS:+NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt} "$@"
+}
+
+# Certificate authorities that this host's administrator added, as of a proxy.
+trust_authorities() {
+  cp -r /usr/local/share/ca-certificates "$root/usr/local/share/"
+  inside update-ca-certificates
+}
 
 # A clone wants git and, over https, the certificates: README takes them for granted. No service is started.
 prepare_root() {
@@ -58,6 +67,7 @@ prepare_root() {
   chmod +x "$root/usr/sbin/policy-rc.d"
   inside apt-get update -q
   inside apt-get install -y -q --no-install-recommends git ca-certificates
+  trust_authorities
   rm -rf "$root/root/skein"
   git clone -q --no-hardlinks "$SKEIN_ROOT" "$root/root/skein"
 }
