@@ -50,18 +50,19 @@ std::string Quoted(const std::string& text) {
   return quote + text + quote;
 }
 
-// As TOML has it; "" of an option without a value.
+// As TOML has it; "" of an option without a value. CLI11 2.3 writes an empty list as [], 2.4 as {}.
 std::string ValueText(CLI::Option* option) {
   const std::string value = option->capture_default_str()->get_default_str();
+  if (value.empty() || value == "[]" || value == "{}") return "";
   const bool is_text = option->get_type_name().rfind("TEXT", 0) == 0;
-  return value.empty() || value == "[]" || !is_text || value.front() == '[' ? value : Quoted(value);
+  return !is_text || value.front() == '[' ? value : Quoted(value);
 }
 
 std::string EntryText(CLI::Option* option, bool with_comments) {
   const std::string value = ValueText(option);
   std::string text;
   if (with_comments) text = "\n# " + option->get_description() + "\n";
-  if (!value.empty() && value != "[]") return text + KeyOf(*option) + " = " + value + "\n";
+  if (!value.empty()) return text + KeyOf(*option) + " = " + value + "\n";
   return with_comments ? text + "# " + KeyOf(*option) + " =\n" : "";
 }
 
