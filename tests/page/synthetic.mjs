@@ -29,6 +29,16 @@ const twoPoints = (page, { left, right, top, bottom, step } = { left: 150, right
   return [places.find(isPoint), places.findLast(isPoint)];
 }, { left, right, top, bottom, step });
 
+// Of a grid of places on the canvas where the ground is seen the outermost ones: corners of a polygon in their order.
+const groundCorners = (page, { left, right, top, bottom, step }) => page.evaluate((area) => {
+  const places = [];
+  for (let x = area.left; x < area.right; x += area.step) for (let y = area.top; y < area.bottom; y += area.step) places.push({ x, y });
+  const isGround = (hit) => hit?.chunk && hit.point[1] < 0.5;
+  const ground = places.filter(({ x, y }) => isGround(window.skein.pickAt(x, y)));
+  const outermost = [[-1, -1], [1, -1], [1, 1], [-1, 1]].map(([u, v]) => ground.reduce((a, b) => (u * a.x + v * a.y < u * b.x + v * b.y ? b : a)));
+  return outermost.filter((p, i) => outermost.indexOf(p) === i);
+}, { left, right, top, bottom, step });
+
 // Of places in the scene.
 const minus = (a, b) => a.map((v, k) => v - b[k]);
 const dot = (a, b) => a.reduce((sum, v, k) => sum + v * b[k], 0);
@@ -514,10 +524,87 @@ const cases = {
     const box = await page.locator('#canvas').boundingBox();
     const points = await twoPoints(page);
     for (const { x, y } of points) await page.mouse.click(box.x + x, box.y + y);
-    await page.locator('.measure_label').filter({ hasText: /m \(scale from GPS\)/ }).waitFor();
+    await page.locator('.measure_label').filter({ hasText: /m \(scale from GPS\)\s*height [+−]/ }).waitFor();
     const metres = parseFloat(await page.locator('.measure_label').innerText());
     assert.ok(metres > 5 && metres < 60, `${metres} m`);
     return server.url;
+  },
+
+  async 'an area and the volume over it: of the surface, and of sparse points'({ browser, start }) {
+    const server = await start('--at', 'end', '--gps', '--depth', '100');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1);
+    await page.keyboard.press('p');
+    await browser.until('the surface is there', (s) => s.surface.on && s.surface.points > 100000 && s.surface.loading === 0);
+    await browser.rest();
+    const box = await page.locator('#canvas').boundingBox();
+    const corners = await groundCorners(page, { left: 150, right: box.width - 60, top: 200, bottom: box.height - 60, step: 53 });
+    assert.ok(corners.length >= 3, JSON.stringify(corners));
+    const click = ({ x, y }) => page.mouse.click(box.x + x, box.y + y);
+    await page.locator('#tool_measure').click();
+    await click(corners[0]); // of a distance, until it is an area
+    await page.locator('#measure_area').click();
+    assert.equal(await page.locator('#measure_area').getAttribute('aria-pressed'), 'true');
+    assert.equal(await page.locator('#measure_close').isEnabled(), false);
+    for (const corner of corners.slice(1)) await click(corner);
+    await page.locator('#notice').filter({ hasText: 'Click the next corner, or the first one to close the area.' }).waitFor();
+    await page.locator('#measure_close').click();
+    const label = page.locator('.measure_label');
+    await label.filter({ hasText: /m² \(scale from GPS\)\s*.* above its base, .* below/ }).waitFor();
+    assert.match(await label.innerText(), /\d points, cells of/);
+    // The street and its gardens are 48 m x 15 m.
+    const metres = parseFloat((await label.innerText()).replaceAll('\u202f', ''));
+    assert.ok(metres > 5 && metres < 720, `${metres} m²`);
+    await picture(page, 'area');
+    assert.deepEqual(await contrastFaults(page), {});
+    // Opened again, and closed at the first corner.
+    await page.locator('#measure_undo').click();
+    await label.waitFor({ state: 'detached' });
+    await click(corners[0]);
+    await label.filter({ hasText: 'm²' }).waitFor();
+    await page.keyboard.press('p');
+    await label.filter({ hasText: /sparse points?/ }).waitFor();
+    // The next click begins another one.
+    await click((await twoPoints(page))[0]);
+    await label.waitFor({ state: 'detached' });
+    await page.keyboard.press('Escape');
+    await page.locator('#measure_tools').waitFor({ state: 'hidden' });
+    return server.url;
+  },
+
+  async 'an area on a phone: by taps, and the map stays where it is'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    await browser.rest();
+    await page.locator('#tool_measure').tap();
+    await page.locator('#measure_area').tap();
+    await browser.rest();
+    const stage = await page.locator('#stage').boundingBox();
+    const box = await page.locator('#canvas').boundingBox();
+    const corners = await groundCorners(page, { left: 20, right: box.width - 20, top: 90, bottom: box.height - 20, step: 24 });
+    assert.ok(corners.length >= 3, JSON.stringify(corners));
+    for (const { x, y } of corners) await page.touchscreen.tap(box.x + x, box.y + y);
+    await page.locator('#notice').filter({ hasText: 'Tap the next corner' }).waitFor();
+    assert.deepEqual(await page.locator('#stage').boundingBox(), stage, 'the map moves');
+    await page.locator('#measure_close').tap();
+    await page.locator('.measure_label').filter({ hasText: /square units[^]*sparse points?/ }).waitFor();
+    await browser.rest();
+    await picture(page, 'area_phone');
+    assert.deepEqual(await page.locator('#stage').boundingBox(), stage, 'the map moves');
+    const label = await page.locator('.measure_label').boundingBox();
+    assert.ok(label.x >= 0 && label.x + label.width <= 360, 'the area is cut off');
+    for (const button of await page.locator('#measure_tools button').all()) {
+      const place = await button.boundingBox();
+      assert.ok(place.height >= 40 && place.x >= 0 && place.x + place.width <= 360 && place.y + place.height <= 740, JSON.stringify(place));
+    }
+    assert.deepEqual(await contrastFaults(page), {});
+    await page.locator('#measure_done').tap();
+    await page.locator('#tabs').waitFor();
+    expectClean(browser, url);
+    await browser.close();
   },
 
   async 'a known length gives the scale, and is kept'({ browser, url }) {

@@ -248,7 +248,7 @@ export class App {
     this.world = new World(this.viewer, this.timeline);
     const { viewer, world } = this;
     this.measure = new Measure({ viewer, world, timeline: this.timeline, notice: (text) => this.notice(text), changed: () => this.changed() });
-    byId('messages').append(this.measure.form, this.measure.done);
+    byId('messages').append(this.measure.form, this.measure.tools, this.measure.done);
     this.labels = new Labels({ viewer, world, measure: this.measure });
     byId('north').addEventListener('click', () => {
       viewer.controls.moved = true;
@@ -532,7 +532,7 @@ export class App {
       tool('fit', 'fit', 'Show everything (F)', () => this.fit()),
       tool('follow', 'follow', 'Follow the newest photo (N)', () => this.setFollow(!this.follow), 'false'),
       tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!viewer.controls.flying), 'false'),
-      tool('measure', 'measure', 'Measure a distance (M)', () => this.measure.setActive(!this.measure.active), 'false'),
+      tool('measure', 'measure', 'Measure a distance or an area (M)', () => this.measure.setActive(!this.measure.active), 'false'),
       tool('surface', 'surface', kSurfaceLabel, () => this.setSurface(!this.wantsSurface), 'false'),
       settings.button, settings.element);
   }

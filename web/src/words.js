@@ -91,6 +91,36 @@ export function length(value, inMetres) {
   return `${Number((value / 1000).toPrecision(3))} km`;
 }
 
+// In three digits.
+const three = (value) => (value < 1000 ? String(Number(value.toPrecision(3))) : groups(Number(value.toPrecision(3))));
+
+export function area(value, inMetres) {
+  if (!inMetres) return `${three(value)} square units`;
+  return value > 0 && value < 0.01 ? `${three(value * 1e4)} cm²` : `${three(value)} m²`;
+}
+
+export function volume(value, inMetres) {
+  if (!inMetres) return `${three(value)} cubic units`;
+  return value > 0 && value < 0.001 ? `${three(value * 1e6)} cm³` : `${three(value)} m³`;
+}
+
+// Of a difference of heights: from the first point to the second one.
+export const height = (value, inMetres) => `${value < 0 ? '−' : '+'}${length(Math.abs(value), inMetres)}`;
+
+const kNoVolume = { points: 'no volume: too few points inside', steep: 'no volume: the base is steeper than 45°' };
+
+// Of measureHeap(), line by line. scale: {factor: from its unit, inMetres, source: who tells that}
+export function heapWords(heap, { factor, inMetres, source }, isSparse) {
+  const told = (v) => volume(v * factor ** 3, inMetres);
+  const points = plural(heap.numPoints, isSparse ? 'sparse point' : 'point');
+  return [
+    `${area(heap.area * factor ** 2, inMetres)}${source}`,
+    heap.why ? kNoVolume[heap.why] : `${told(heap.above)} above its base, ${told(heap.below)} below`,
+    heap.empty > 0 && `${Math.ceil(100 * heap.empty)} % of the area has no points`,
+    heap.why ? points : `${points}, cells of ${length(heap.cell * factor, inMetres)}`,
+  ].filter(Boolean);
+}
+
 // [[name, value]] of coordinatesOf() of a point. nameOf(image): of the photo that metres are counted from.
 export function coordinateWords(at, nameOf) {
   const metres = (v) => `${v.toFixed(at.error < 0.1 ? 2 : 1)}\u00a0m`;

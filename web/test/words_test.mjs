@@ -3,7 +3,7 @@ import { readFileSync, readdirSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
 import { uprightPoint, uprightSize } from '../src/orientation.js';
-import { advise, bytes, explain, groups, length, plural, seconds, whatHappens } from '../src/words.js';
+import { advise, area, bytes, explain, groups, heapWords, height, length, plural, seconds, volume, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
 const root = new URL('../../', import.meta.url);
@@ -69,6 +69,26 @@ test('Numbers are short', () => {
   assert.deepEqual([length(3.14159, true), length(0.5, true), length(3.14159, false), length(NaN, true)], ['3.14 m', '50 cm', '3.14 units', '–']);
   assert.equal(groups(1234567), '1\u202f234\u202f567');
   assert.deepEqual([plural(1, 'photo'), plural(2, 'photo')], ['1 photo', '2 photos']);
+});
+
+test('Areas, volumes and heights are in metres, or in units of the map', () => {
+  assert.deepEqual([86.44, 12345, 0.5, 0.002, 0].map((v) => area(v, true)), ['86.4 m²', '12\u202f300 m²', '0.5 m²', '20 cm²', '0 m²']);
+  assert.deepEqual([86.44, 0.5, 0.0002].map((v) => volume(v, true)), ['86.4 m³', '0.5 m³', '200 cm³']);
+  assert.deepEqual([area(2, false), volume(2, false)], ['2 square units', '2 cubic units']);
+  assert.deepEqual([height(1.25, true), height(-0.4, true), height(-2, false)], ['+1.25 m', '−40 cm', '−2 units']);
+});
+
+test('A heap is told with what of it has no points, and how dense they are', () => {
+  const heap = { area: 20, numPoints: 5210, why: null, cell: 0.05, above: 3, below: 0.001, empty: 0.051 };
+  assert.deepEqual(heapWords(heap, { factor: 2, inMetres: true, source: ' (scale from GPS)' }, false), [
+    '80 m² (scale from GPS)', '24 m³ above its base, 0.008 m³ below', '6 % of the area has no points', '5\u202f210 points, cells of 10 cm',
+  ]);
+  assert.deepEqual(heapWords({ ...heap, empty: 0 }, { factor: 1, inMetres: false, source: '' }, true), [
+    '20 square units', '3 cubic units above its base, 0.001 cubic units below', '5\u202f210 sparse points, cells of 0.05 units',
+  ]);
+  assert.deepEqual(heapWords({ area: 20, numPoints: 1, why: 'points' }, { factor: 1, inMetres: true, source: '' }, true), [
+    '20 m²', 'no volume: too few points inside', '1 sparse point',
+  ]);
 });
 
 test('Points of turned photos are upright', () => {

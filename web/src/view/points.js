@@ -167,6 +167,18 @@ export class ChunkPoints extends Points {
     return sim.apply(this.place, pointOf(this.chunk, index));
   }
 
+  // visit(x, y, z) of each point that its rank lets show, in the submap's frame.
+  each(visit) {
+    const { elements: m } = this.matrix;
+    const { position, points } = this.chunk;
+    const ranks = this.geometry.getAttribute('rank')?.array;
+    for (let i = 0; i < points; ++i) {
+      if (ranks && ranks[i] > this.rank) continue;
+      const [x, y, z] = [position[4 * i], position[4 * i + 1], position[4 * i + 2]];
+      visit(m[0] * x + m[4] * y + m[8] * z + m[12], m[1] * x + m[5] * y + m[9] * z + m[13], m[2] * x + m[6] * y + m[10] * z + m[14]);
+    }
+  }
+
   // Points show when their submap's uRank has reached theirs.
   setRanks(ranks) {
     this.geometry.setAttribute('rank', new BufferAttribute(ranks, 1));

@@ -15,6 +15,7 @@ export class Submaps {
     this.visible = true;
     this.showsSurfaces = false;
     this.budget = 2_000_000;
+    this.changes = 0; // of points and of their places in their submaps
     this.numPoints = 0; // of chunks, whether shown or not
     this.numPointsShown = 0;
     this.numSurfacePoints = 0; // the same
@@ -135,6 +136,7 @@ export class Submaps {
   }
 
   changed() {
+    this.changes++;
     this.spend();
     this.on.changed();
   }
@@ -255,6 +257,12 @@ export class Submaps {
   applyPlace({ group, place }) {
     group.matrix.copy(matrixOf(place));
     group.matrixWorldNeedsUpdate = true;
+  }
+
+  // visit(x, y, z) of a submap's surface or points, those of the two that are shown, in its frame: all that were loaded.
+  eachPoint(id, visit) {
+    const { chunks, surface } = this.all.get(id) ?? { chunks: new Map(), surface: new Map() };
+    for (const points of [...chunks.values(), ...surface.values()]) if (points.visible) points.each(visit);
   }
 
   // Up to n points of a submap, in its frame.

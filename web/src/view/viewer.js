@@ -137,8 +137,8 @@ export class Viewer {
     this.draw();
   }
 
-  // Marks and the line of a measurement: points of the display's frame.
-  setMeasure(points, colour) {
+  // Marks and lines of a measurement: points of the display's frame, the last joined to the first where it is closed.
+  setMeasure(points, colour, isClosed) {
     const segments = [];
     const rgb = new Color(colour).convertLinearToSRGB().toArray();
     const arm = 0.02 * this.controls.now.distance;
@@ -151,7 +151,9 @@ export class Viewer {
         segments.push({ from, to, colour: [...rgb, 1] });
       }
     }
-    if (points.length === 2) segments.push({ from: points[0], to: points[1], colour: [...rgb, 1] });
+    points.forEach((to, i) => {
+      if (i > 0 || isClosed) segments.push({ from: points.at(i - 1), to, colour: [...rgb, 1] });
+    });
     const key = JSON.stringify(segments);
     if (key === this.measureKey) return;
     this.measureKey = key;
