@@ -171,7 +171,7 @@ std::vector<FeatureTrack> FindTracks(const SceneMap& map, std::vector<RelativeRo
 // Some tracks of each photo are enough.
 std::vector<PointRays> RaysOf(const SceneMap& map, const RotationAveraging& averaging,
                               const std::vector<FeatureTrack>& tracks) {
-  constexpr int kTracksOfPhoto = 50;
+  constexpr int kTracksOfPhoto = 100;
   std::map<ImageId, int> num_tracks;
   std::vector<PointRays> points;
   for (const FeatureTrack& track : tracks) {

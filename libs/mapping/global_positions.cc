@@ -2,15 +2,22 @@
 
 #include <ceres/ceres.h>
 
-#include <random>
-
 namespace skein {
 namespace {
 
-// v - d (X - c).
-struct RayResidual {
-  explicit RayResidual(const Eigen::Vector3d& direction) : v(direction) {}
+// d v - (X - c): linear in depth, point and centre.
+struct DepthResidual {
+  template <typename T>
+  bool operator()(const T* center, const T* point, const T* depth, T* residual) const {
+    for (int i = 0; i < 3; ++i) residual[i] = depth[0] * T(v[i]) - (point[i] - center[i]);
+    return true;
+  }
 
+  Eigen::Vector3d v;
+};
+
+// v - s (X - c), s the inverse of the depth: an error of the direction, however far the point is.
+struct DirectionResidual {
   template <typename T>
   bool operator()(const T* center, const T* point, const T* scale, T* residual) const {
     for (int i = 0; i < 3; ++i) residual[i] = T(v[i]) - scale[0] * (point[i] - center[i]);
@@ -31,64 +38,87 @@ class StopCallback : public ceres::IterationCallback {
   const std::function<bool()>& stop_;
 };
 
+class PositionSolver {
+ public:
+  PositionSolver(const std::vector<PointRays>& points, int num_threads,
+                 const std::function<bool()>& stop)
+      : points_(points), callback_(stop), xyz_(points.size(), Eigen::Vector3d::Zero()) {
+    options_.linear_solver_type = ceres::SPARSE_SCHUR;
+    options_.max_num_iterations = 100;
+    options_.function_tolerance = 1e-5;
+    options_.num_threads = num_threads;
+    options_.logging_type = ceres::SILENT;
+    options_.callbacks.push_back(&callback_);
+    for (const PointRays& point : points) {
+      depths_.emplace_back(point.rays.size(), 1.0);
+      if (!IsUsed(point)) continue;
+      for (const auto& ray : point.rays) centers_[ray.image_id] = Eigen::Vector3d::Zero();
+    }
+  }
+
+  // False if it failed or was stopped.
+  bool Run() {
+    constexpr double kHuber = 0.1, kCauchy = 0.02, kMaxDepth = 1e5;
+    ceres::HuberLoss huber(kHuber);
+    if (!Solve<DepthResidual>(1, &huber)) return false;
+    InvertDepths();
+    ceres::CauchyLoss cauchy(kCauchy);
+    return Solve<DirectionResidual>(1 / kMaxDepth, &cauchy);
+  }
+
+  const std::map<uint32_t, Eigen::Vector3d>& centers() const { return centers_; }
+
+ private:
+  static bool IsUsed(const PointRays& point) { return point.rays.size() >= 2; }
+
+  void InvertDepths() {
+    for (std::vector<double>& depths : depths_) {
+      for (double& depth : depths) depth = 1 / depth;
+    }
+  }
+
+  // `bound`: the least value of a depth, or of its inverse.
+  template <typename Residual>
+  bool Solve(double bound, ceres::LossFunction* loss) {
+    ceres::Problem::Options options;
+    options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
+    ceres::Problem problem(options);
+    auto* ordering = new ceres::ParameterBlockOrdering;
+    options_.linear_solver_ordering.reset(ordering);
+    for (size_t k = 0; k < points_.size(); ++k) {
+      if (!IsUsed(points_[k])) continue;
+      for (size_t i = 0; i < points_[k].rays.size(); ++i) {
+        const PointRays::Ray& ray = points_[k].rays[i];
+        double* depth = &depths_[k][i];
+        problem.AddResidualBlock(
+            new ceres::AutoDiffCostFunction<Residual, 3, 3, 3, 1>(new Residual{ray.direction}),
+            loss, centers_.at(ray.image_id).data(), xyz_[k].data(), depth);
+        problem.SetParameterLowerBound(depth, 0, bound);
+        ordering->AddElementToGroup(depth, 0);
+      }
+      ordering->AddElementToGroup(xyz_[k].data(), 1);
+    }
+    for (auto& [id, center] : centers_) ordering->AddElementToGroup(center.data(), 2);
+    ceres::Solver::Summary summary;
+    ceres::Solve(options_, &problem, &summary);
+    return summary.IsSolutionUsable();
+  }
+
+  const std::vector<PointRays>& points_;
+  StopCallback callback_;
+  ceres::Solver::Options options_;
+  std::map<uint32_t, Eigen::Vector3d> centers_;
+  std::vector<Eigen::Vector3d> xyz_;         // as points_
+  std::vector<std::vector<double>> depths_;  // of each ray of points_; later their inverses
+};
+
 }  // namespace
 
 std::map<uint32_t, Eigen::Vector3d> FindPositions(const std::vector<PointRays>& points,
                                                   int num_threads,
                                                   const std::function<bool()>& stop) {
-  constexpr double kExtent = 100, kHuber = 0.1, kCauchy = 0.02, kMinScale = 1e-5;
-  std::mt19937 random(1);
-  std::uniform_real_distribution<double> uniform(-kExtent, kExtent);
-  const auto anywhere = [&] {
-    const double x = uniform(random), y = uniform(random), z = uniform(random);
-    return Eigen::Vector3d(x, y, z);
-  };
-  std::map<uint32_t, Eigen::Vector3d> centers;
-  size_t num_rays = 0;
-  for (const PointRays& point : points) {
-    if (point.rays.size() < 2) continue;
-    for (const auto& ray : point.rays) centers[ray.image_id];
-    num_rays += point.rays.size();
-  }
-  for (auto& [id, center] : centers) center = anywhere();
-  std::vector<Eigen::Vector3d> xyz(points.size());
-  std::vector<double> scales(num_rays, 1.0);
-  ceres::Problem::Options problem_options;
-  problem_options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  ceres::LossFunctionWrapper loss(new ceres::HuberLoss(kHuber), ceres::TAKE_OWNERSHIP);
-  ceres::Problem problem(problem_options);
-  auto ordering = std::make_shared<ceres::ParameterBlockOrdering>();
-  size_t next = 0;
-  for (size_t k = 0; k < points.size(); ++k) {
-    if (points[k].rays.size() < 2) continue;
-    xyz[k] = anywhere();
-    for (const auto& ray : points[k].rays) {
-      double* scale = &scales[next++];
-      problem.AddResidualBlock(
-          new ceres::AutoDiffCostFunction<RayResidual, 3, 3, 3, 1>(new RayResidual(ray.direction)),
-          &loss, centers.at(ray.image_id).data(), xyz[k].data(), scale);
-      problem.SetParameterLowerBound(scale, 0, kMinScale);
-      ordering->AddElementToGroup(scale, 0);
-    }
-    ordering->AddElementToGroup(xyz[k].data(), 1);
-  }
-  for (auto& [id, center] : centers) ordering->AddElementToGroup(center.data(), 2);
-  ceres::Solver::Options options;
-  options.linear_solver_type = ceres::SPARSE_SCHUR;
-  options.linear_solver_ordering.reset(new ceres::ParameterBlockOrdering(*ordering));
-  options.max_num_iterations = 100;
-  options.function_tolerance = 1e-5;
-  options.num_threads = num_threads;
-  options.logging_type = ceres::SILENT;
-  StopCallback callback(stop);
-  options.callbacks.push_back(&callback);
-  ceres::Solver::Summary summary;
-  ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) return {};
-  loss.Reset(new ceres::CauchyLoss(kCauchy), ceres::TAKE_OWNERSHIP);
-  ceres::Solve(options, &problem, &summary);
-  if (!summary.IsSolutionUsable()) return {};
-  return centers;
+  PositionSolver solver(points, num_threads, stop);
+  return solver.Run() ? solver.centers() : std::map<uint32_t, Eigen::Vector3d>();
 }
 
 }  // namespace skein
