@@ -40,11 +40,6 @@ struct AbsorbResult {
   std::set<ImageId> seam;  // adjusted images
   Residuals target_before, target_after;
   Residuals source_before, source_after;
-
-  // False: the merged model has the target's photos, each with the target's own pose.
-  bool changes_photos() const {
-    return !fused.added.empty() || !fused.kept_source.empty() || !left_out.empty();
-  }
 };
 
 // Throws std::invalid_argument on nonsensical options; every failure of the merge is a status.

@@ -82,7 +82,6 @@ Status CheckBothModels(const Submap& submap, const Reconstruction& target,
 struct Comparison {
   Status status;                     // why they stay apart
   bool shows_another_place = false;  // visually similar places are why
-  bool changes_photos = false;       // of the target
   Reconstruction merged;             // only if status is ok
   std::set<ImageId> left_out;        // of it: they are to be tried again
 };
@@ -111,7 +110,6 @@ Comparison Compare(const Reconstruction& target, const Reconstruction& source,
   if (!result.status.ok()) return comparison;
   if (options.verify) comparison.status = CheckBothModels(submap, target, source, result.merged);
   comparison.shows_another_place = !comparison.status.ok();
-  comparison.changes_photos = result.changes_photos();
   comparison.merged = std::move(result.merged);
   comparison.left_out = std::move(result.left_out);
   return comparison;
@@ -142,9 +140,7 @@ Status AbsorbModel(const Reconstruction& source, const MergeTask& task, Submap* 
   const Comparison comparison = CompareWithGuests(source, task, *target, submap);
   absorption->shows_another_place = comparison.shows_another_place;
   if (comparison.shows_another_place) YieldPhotos(source, submap, absorption);
-  // The target keeps the model that it has settled, if the source is a part of it: matches give it
-  // the same tracks.
-  if (!comparison.status.ok() || !comparison.changes_photos) return comparison.status;
+  if (!comparison.status.ok()) return comparison.status;
   const Status status = submap->ReplaceModel(comparison.merged);
   if (!status.ok()) return status;
   const std::set<ImageId> before = RegisteredIn(*target);

@@ -44,21 +44,4 @@ TEST(AbsorbSource, APhotoWhoseCameraWentAstrayInTheSourceIsLeftOut) {
   EXPECT_LT(target.PositionErrorPercent(), 0.3);
 }
 
-TEST(AbsorbSource, APartOfTheTargetChangesNothingThere) {
-  SyntheticOptions options;
-  options.num_photos = 16;
-  SubmapRig part(options), target(options);
-  FeedFirst(13, &part);
-  target.FeedAll();
-  target.map.Consolidate(target.Sink());
-  const ModelArchive before = EncodeModel(target.map.map().reconstruction());
-  MergeTask task{};
-  task.order.num_shared_images = 3;
-  const Absorption absorption =
-      AbsorbSource(EncodeModel(part.map.map().reconstruction()), task, &target.map);
-  ASSERT_TRUE(absorption.status.ok()) << absorption.status.error();
-  EXPECT_TRUE(absorption.events.empty());
-  EXPECT_EQ(EncodeModel(target.map.map().reconstruction()), before);
-}
-
 }  // namespace skein::absorb_source_test
