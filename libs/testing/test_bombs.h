@@ -4,7 +4,6 @@
 
 #include <zlib.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -13,13 +12,8 @@
 
 namespace skein {
 
-inline void WriteBigEndian(uint32_t value, uint8_t* out) {
-  for (const int shift : {24, 16, 8, 0}) *out++ = static_cast<uint8_t>(value >> shift);
-}
-
 inline void AppendBigEndian(uint32_t value, Bytes* out) {
-  out->resize(out->size() + 4);
-  WriteBigEndian(value, out->data() + out->size() - 4);
+  for (const int shift : {24, 16, 8, 0}) out->push_back(static_cast<uint8_t>(value >> shift));
 }
 
 // `size` zeros, a thousandth of it when deflated.
@@ -36,13 +30,11 @@ inline Bytes DeflatedZeros(size_t size) {
 
 // A chunk of a PNG: length, type, content, checksum.
 inline Bytes PngChunk(const std::string& type, const Bytes& content) {
-  constexpr size_t kHead = 8;
-  Bytes chunk(kHead + content.size() + 4);
-  WriteBigEndian(static_cast<uint32_t>(content.size()), chunk.data());
-  std::copy_n(type.begin(), 4, chunk.begin() + 4);
-  std::copy(content.begin(), content.end(), chunk.begin() + kHead);
-  const uLong sum = crc32(0, chunk.data() + 4, static_cast<uInt>(chunk.size() - kHead));
-  WriteBigEndian(static_cast<uint32_t>(sum), chunk.data() + chunk.size() - 4);
+  Bytes chunk;
+  AppendBigEndian(static_cast<uint32_t>(content.size()), &chunk);
+  chunk.insert(chunk.end(), type.begin(), type.end());
+  chunk.insert(chunk.end(), content.begin(), content.end());
+  AppendBigEndian(static_cast<uint32_t>(crc32(0, chunk.data() + 4, chunk.size() - 4)), &chunk);
   return chunk;
 }
 
