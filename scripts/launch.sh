@@ -256,12 +256,6 @@ add_relays() {
   done
 }
 
-# note_launched OPTION...: where the session runs, for `skein`, which is given the folder
-note_launched() {
-  local why
-  why=$("$bin/skein" launched "$session" "$@" 2>&1) || warn "${why#skein launched: }"
-}
-
 # The live view on the port that was asked for, or the next free one.
 add_web() {
   local wanted=$web_port
@@ -270,6 +264,7 @@ add_web() {
     ((++web_port < 65536)) || die "--web $wanted: no port from there on is free"
   done
   ((web_port == wanted)) || say "port $wanted is taken: the live view is on $web_port"
+  rm -f "$session/run/web_public"
   [[ -n $web_host ]] || { add_service web web --port "$web_port"; return; }
   # By a name skein-web listens on every address; the name may lead to a balancer that takes connections itself.
   local listens=127.0.0.1
@@ -280,9 +275,10 @@ add_web() {
   done
   local shown=$web_host
   [[ $web_host != *:* ]] || shown="[$web_host]"
-  local addresses=(--browser-address "https://$shown:$web_public_port")
-  ((!web_plain_port)) || addresses+=(--browser-address "http://$shown:$web_plain_port")
-  note_launched "${addresses[@]}"
+  {
+    echo "https://$shown:$web_public_port"
+    ((!web_plain_port)) || echo "http://$shown:$web_plain_port"
+  } >"$session/run/web_public" # for `skein invite`
   add_service web web --port "$web_port" --public-host "$web_host" --public-port "$web_public_port" --plain-port "$web_plain_port"
 }
 
@@ -504,8 +500,7 @@ $(last_words "${waiting[0]}" 5)"
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another launch.sh runs on $session"
 [[ -z $ready_file ]] || : >"$ready_file"
-rm -f "$session/run/web_public" # of an earlier launch, or of who sent the folder
-note_launched --lcm-url "$url"
+echo "$url" >"$session/run/lcm_url" # for `skein`, which is given the folder
 [[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0
