@@ -32,12 +32,15 @@ struct Views {
 
 // Points in a cube, seen from a ring of centres.
 struct Ring : Views {
+  static constexpr double kRadius = 4;
+
   explicit Ring(double noise_rad) {
     std::uniform_real_distribution<double> uniform(-1, 1);
     std::normal_distribution<double> normal(0, noise_rad);
     for (int i = 0; i < 12; ++i) {
       const double angle = 2 * M_PI * i / 12;
-      centers[i + 1] = Eigen::Vector3d(4 * std::cos(angle), 0.3 * (i % 3), 4 * std::sin(angle));
+      centers[i + 1] =
+          Eigen::Vector3d(kRadius * std::cos(angle), 0.3 * (i % 3), kRadius * std::sin(angle));
     }
     for (int k = 0; k < 200; ++k) {
       const Eigen::Vector3d xyz(uniform(random), uniform(random), uniform(random));
@@ -91,7 +94,7 @@ TEST(FindPositions, OfExactRays) {
   const Ring ring(0);
   const auto found = FindPositions(ring.points, 1, nullptr);
   ASSERT_EQ(found.size(), 12u);
-  EXPECT_LT(ring.LargestError(found), 0.08);
+  EXPECT_LT(ring.LargestError(found) / Ring::kRadius, 0.02);
 }
 
 TEST(FindPositions, OfRaysWithOutliers) {
@@ -101,7 +104,7 @@ TEST(FindPositions, OfRaysWithOutliers) {
   }
   const auto found = FindPositions(ring.points, 1, nullptr);
   ASSERT_EQ(found.size(), 12u);
-  EXPECT_LT(ring.LargestError(found), 0.2);
+  EXPECT_LT(ring.LargestError(found) / Ring::kRadius, 0.05);
 }
 
 // From a random start the photos ended 16 m off. So did those of `skein sim --scenario

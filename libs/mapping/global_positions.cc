@@ -2,6 +2,8 @@
 
 #include <ceres/ceres.h>
 
+#include <algorithm>
+
 namespace skein {
 namespace {
 
@@ -58,7 +60,7 @@ class PositionSolver {
 
   // False if it failed or was stopped.
   bool Run() {
-    constexpr double kHuber = 0.1, kCauchy = 0.02, kMaxDepth = 1e5;
+    constexpr double kHuber = 0.1, kCauchy = 0.02;
     ceres::HuberLoss huber(kHuber);
     if (!Solve<DepthResidual>(1, &huber)) return false;
     InvertDepths();
@@ -69,11 +71,14 @@ class PositionSolver {
   const std::map<uint32_t, Eigen::Vector3d>& centers() const { return centers_; }
 
  private:
+  static constexpr double kMaxDepth = 1e5;
+
   static bool IsUsed(const PointRays& point) { return point.rays.size() >= 2; }
 
+  // Ceres refuses a start outside of the bounds, and rays that are almost parallel meet anywhere.
   void InvertDepths() {
     for (std::vector<double>& depths : depths_) {
-      for (double& depth : depths) depth = 1 / depth;
+      for (double& depth : depths) depth = 1 / std::min(depth, kMaxDepth);
     }
   }
 

@@ -16,6 +16,7 @@ export class Measure {
     this.active = false;
     this.isArea = false; // of a polygon, else a distance
     this.heap = null; // of measureHeap(), while the polygon is closed; {isSparse, changes, at, took} beside it
+    this.again = null; // the timer of the next measurement
     this.picked = []; // {submap, own}: in the submap's frame, so that they stay on their map, wherever that goes
     this.scales = new Scales();
     this.known = new Map(); // submap: metres per unit of its frame; the latest last
@@ -185,7 +186,10 @@ export class Measure {
     if (!this.heap || this.heap.changes === this.viewer.submaps.changes) return;
     const wait = this.heap.at + Math.max(kAgainMs, 10 * this.heap.took) - performance.now();
     if (wait > 0) {
-      setTimeout(() => this.changed(), wait);
+      this.again ??= setTimeout(() => {
+        this.again = null;
+        this.changed();
+      }, wait);
       return;
     }
     this.closeArea();
