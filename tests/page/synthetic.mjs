@@ -545,7 +545,7 @@ const cases = {
     await page.locator('#tool_measure').click();
     await click(corners[0]); // of a distance, until it is an area
     await page.locator('#measure_area').click();
-    assert.equal(await page.locator('#measure_area').getAttribute('aria-pressed'), 'true');
+    await page.locator('#measure_area[aria-pressed="true"]').waitFor();
     assert.equal(await page.locator('#measure_close').isEnabled(), false);
     for (const corner of corners.slice(1)) await click(corner);
     await page.locator('#notice').filter({ hasText: 'Click the next corner, or the first one to close the area.' }).waitFor();
@@ -584,7 +584,7 @@ const cases = {
     await browser.rest();
     const stage = await page.locator('#stage').boundingBox();
     const box = await page.locator('#canvas').boundingBox();
-    const corners = await groundCorners(page, { left: 20, right: box.width - 20, top: 90, bottom: box.height - 20, step: 24 });
+    const corners = await groundCorners(page, { left: 20, right: box.width - 20, top: 90, bottom: box.height - 20, step: 6 });
     assert.ok(corners.length >= 3, JSON.stringify(corners));
     for (const { x, y } of corners) await page.touchscreen.tap(box.x + x, box.y + y);
     await page.locator('#notice').filter({ hasText: 'Tap the next corner' }).waitFor();
