@@ -3,16 +3,13 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <stdexcept>
 
-#include "core/file_below.h"
+#include "clients/launched.h"
 #include "core/log.h"
 
 namespace skein {
 namespace {
-
-constexpr size_t kMaxUrlBytes = 4096;
 
 // Where the session is, and whom the command signs as.
 NodeOptions NodeOf(const ClientOptions& options, const std::string& service, Role role) {
@@ -25,7 +22,11 @@ NodeOptions NodeOf(const ClientOptions& options, const std::string& service, Rol
     if (!session.ok()) throw std::runtime_error(session.error());
     node.session_id = session->session_id;
     node.signer.keys_dir = session->paths.Keys().string();
-    if (node.lcm_url.empty()) node.lcm_url = LaunchedUrl(session->paths);
+    if (node.lcm_url.empty()) {
+      const Result<std::string> url = LaunchedUrl(session->paths);
+      if (!url.ok()) throw std::runtime_error(url.error());
+      node.lcm_url = *url;
+    }
   } else if (node.invite.empty() && node.session_id.empty()) {
     node.session_id = "auto";
   }
@@ -44,12 +45,6 @@ void AddClientOptions(CLI::App& app, ClientOptions* options) {
           "(encrypted); else that of launch.sh on the session folder, the invitation's, or "
           "LCM_DEFAULT_URL");
   app.add_flag("--verbose", options->node.verbose, "Log more");
-}
-
-std::string LaunchedUrl(const SessionPaths& paths) {
-  const Result<Bytes> launched = ReadFileBelow(paths.root, paths.LaunchedUrl(), kMaxUrlBytes);
-  if (!launched.ok()) return "";
-  return std::string(launched->begin(), std::find(launched->begin(), launched->end(), '\n'));
 }
 
 std::unique_ptr<Node> MakeClientNode(const std::string& service, Role role,

@@ -21,11 +21,9 @@ struct ClientOptions {
 // --session, --session-id, --invite, --lcm-url, --auth, --verbose.
 void AddClientOptions(CLI::App& app, ClientOptions* options);
 
-// The URL on which launch.sh runs, or last ran, the session of that folder; "" if it never did.
-std::string LaunchedUrl(const SessionPaths& paths);
-
 // A command that signs as `role`. Its instance is `service`, a dot and the process's number.
-// Throws std::runtime_error, with a line for the user, without a session, credential or bus.
+// Throws std::runtime_error, with a line for the user, without a session, credential or bus, and
+// where the folder leads to another host (clients/launched.h).
 std::unique_ptr<Node> MakeClientNode(const std::string& service, Role role,
                                      const ClientOptions& options);
 

@@ -6,7 +6,6 @@
 #include <charconv>
 #include <cstdlib>
 #include <iostream>
-#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -15,10 +14,9 @@
 #include "auth/session_keys.h"
 #include "auth/web_certificate.h"
 #include "auth/web_pass.h"
-#include "clients/client_node.h"
+#include "clients/launched.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
-#include "core/file_below.h"
 #include "core/process.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
@@ -27,8 +25,6 @@
 
 namespace skein {
 namespace {
-
-constexpr size_t kMaxAddressBytes = 4096;
 
 struct InviteOptions {
   std::string session_dir;
@@ -75,8 +71,11 @@ std::string NameOf(const InviteOptions& options) {
 }
 
 LcmUrl UrlOf(const InviteOptions& options) {
-  std::string text = options.lcm_url;
-  if (text.empty()) text = LaunchedUrl(SessionPaths{options.session_dir});
+  const Result<std::string> launched = options.lcm_url.empty()
+                                           ? LaunchedUrl(SessionPaths{options.session_dir})
+                                           : Result<std::string>(options.lcm_url);
+  if (!launched.ok()) throw std::invalid_argument(launched.error());
+  const std::string& text = *launched;
   if (text.empty()) throw std::invalid_argument("launch.sh has not run here: give --lcm-url");
   LcmUrl url = ParseLcmUrl(text);
   if (!url.leaves_host()) {
@@ -101,22 +100,18 @@ Invited InvitedBy(const InviteOptions& options) {
   return {*session, *RoleFromName(options.role), NameOf(options), ExpiryOf(options.expires)};
 }
 
-// Where the session lets browsers in: an address a line, https first. None where it does not.
-std::vector<std::string> BrowserAddresses(const InviteOptions& options) {
-  std::vector<std::string> addresses;
-  if (options.role == "worker") return addresses;
-  const Result<Bytes> file =
-      ReadFileBelow(options.session_dir, options.session_dir + "/run/web_public", kMaxAddressBytes);
-  if (!file.ok()) return addresses;
-  std::istringstream lines(std::string(file->begin(), file->end()));
-  for (std::string line; std::getline(lines, line);) {
-    if (!line.empty()) addresses.push_back(line);
-  }
-  return addresses;
+// Where the session lets browsers of that role in.
+std::vector<std::string> AddressesFor(const InviteOptions& options) {
+  if (options.role == "worker") return {};
+  const auto addresses = BrowserAddresses(SessionPaths{options.session_dir});
+  if (addresses.ok()) return *addresses;
+  if (options.browser) throw std::invalid_argument(addresses.error());
+  std::cerr << "skein invite: no link for a browser: " << addresses.error() << std::endl;
+  return {};
 }
 
 std::vector<std::string> BrowserLinks(const InviteOptions& options, const Invited& invited) {
-  std::vector<std::string> links = BrowserAddresses(options);
+  std::vector<std::string> links = AddressesFor(options);
   if (links.empty()) return links;
   const Result<std::string> pass =
       IssueWebPass(invited.session.paths.Keys().string(), invited.session.session_id,

@@ -12,6 +12,7 @@
 #include "clients/export/export.h"
 #include "clients/finish.h"
 #include "clients/invite.h"
+#include "clients/launched.h"
 #include "clients/probe.h"
 #include "clients/revoke.h"
 #include "clients/scale/scale.h"
@@ -48,6 +49,7 @@ const std::vector<Subcommand> kSubcommands = {
     {"sim", "simulated agents photograph a synthetic place with exact poses", skein::RunSim},
     {"export", "models, features and matches for other programs; pictures", skein::RunExport},
     {"admit", "may services open this session folder? (for launch.sh)", skein::RunAdmit},
+    {"launched", "notes in a session folder where it runs (for launch.sh)", skein::RunLaunched},
     {"check", "is a session folder whole? what is damaged, and what becomes of it",
      skein::RunCheck},
     {"repair", "makes a damaged session folder whole", skein::RunRepair},

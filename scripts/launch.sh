@@ -248,6 +248,12 @@ add_relays() {
   done
 }
 
+# note_launched OPTION...: where the session runs, for `skein`, which is given the folder
+note_launched() {
+  local why
+  why=$("$bin/skein" launched "$session" "$@" 2>&1) || warn "${why#skein launched: }"
+}
+
 # The live view on the port that was asked for, or the next free one.
 add_web() {
   local wanted=$web_port
@@ -256,7 +262,6 @@ add_web() {
     ((++web_port < 65536)) || die "--web $wanted: no port from there on is free"
   done
   ((web_port == wanted)) || say "port $wanted is taken: the live view is on $web_port"
-  rm -f "$session/run/web_public"
   [[ -n $web_host ]] || { add_service web web --port "$web_port"; return; }
   wanted=$web_public_port
   while ((web_public_port == web_port || web_public_port == web_plain_port)) || port_is_open "$web_host" "$web_public_port"; do
@@ -264,10 +269,9 @@ add_web() {
   done
   local shown=$web_host
   [[ $web_host != *:* ]] || shown="[$web_host]"
-  {
-    echo "https://$shown:$web_public_port"
-    ((!web_plain_port)) || echo "http://$shown:$web_plain_port"
-  } >"$session/run/web_public" # for `skein invite`
+  local addresses=(--browser-address "https://$shown:$web_public_port")
+  ((!web_plain_port)) || addresses+=(--browser-address "http://$shown:$web_plain_port")
+  note_launched "${addresses[@]}"
   add_service web web --port "$web_port" --public-host "$web_host" --public-port "$web_public_port" --plain-port "$web_plain_port"
 }
 
@@ -488,7 +492,8 @@ $(last_words "${waiting[0]}" 5)"
 
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another launch.sh runs on $session"
-echo "$url" >"$session/run/lcm_url" # for `skein`, which is given the folder
+rm -f "$session/run/web_public" # of an earlier launch, or of who sent the folder
+note_launched --lcm-url "$url"
 [[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0

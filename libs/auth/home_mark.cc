@@ -24,6 +24,9 @@ namespace fs = std::filesystem;
 constexpr char kSecretIdentifier[] = "skhome01";
 constexpr char kMarkIdentifier[] = "skmark01";
 constexpr size_t kSecretBytes = 32;
+// Longer than a public key: no note is taken for the root of a session.
+constexpr char kNoteDomain[] = "skein-note-in-a-session-folder-1";
+static_assert(sizeof(kNoteDomain) > sizeof(PublicKey));
 
 std::string MarkPath(const std::string& keys_dir) { return keys_dir + "/home"; }
 
@@ -59,13 +62,27 @@ Result<Bytes> OpenSecret() {
   return secret;
 }
 
-Bytes MarkOf(const Bytes& secret, const PublicKey& root) {
+Bytes Hmac(const Bytes& secret, const uint8_t* data, size_t size) {
   Bytes mark(EVP_MAX_MD_SIZE);
-  unsigned size = 0;
-  Need(::HMAC(::EVP_sha256(), secret.data(), static_cast<int>(secret.size()), root.data(),
-              root.size(), mark.data(), &size) != nullptr);
-  mark.resize(size);
+  unsigned mark_size = 0;
+  Need(::HMAC(::EVP_sha256(), secret.data(), static_cast<int>(secret.size()), data, size,
+              mark.data(), &mark_size) != nullptr);
+  mark.resize(mark_size);
   return mark;
+}
+
+Bytes MarkOf(const Bytes& secret, const PublicKey& root) {
+  return Hmac(secret, root.data(), root.size());
+}
+
+std::string Hexadecimal(const Bytes& bytes) {
+  constexpr char kDigits[] = "0123456789abcdef";
+  std::string text;
+  for (const uint8_t byte : bytes) {
+    text += kDigits[byte >> 4];
+    text += kDigits[byte & 15];
+  }
+  return text;
 }
 
 }  // namespace
@@ -94,6 +111,16 @@ Status CheckKeysAreOwn(const std::string& keys_dir, const PublicKey& root) {
 Status CheckMark(const std::string& keys_dir) {
   const Result<Bytes> mark = ReadKeysFile(MarkPath(keys_dir), kMarkIdentifier);
   return mark.code() == StatusCode::kNotFound ? Status::Ok() : mark.status();
+}
+
+Result<std::string> HomeMarkOf(const std::string& purpose, const std::string& text) {
+  const Result<Bytes> secret = OpenSecret();
+  if (!secret.ok()) return secret.status();
+  ByteWriter out;
+  out.PutRaw(kNoteDomain, sizeof(kNoteDomain));
+  out.PutRaw(purpose.c_str(), purpose.size() + 1);
+  out.PutRaw(text.data(), text.size());
+  return Hexadecimal(Hmac(*secret, out.bytes().data(), out.size()));
 }
 
 }  // namespace skein

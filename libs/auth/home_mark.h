@@ -22,4 +22,9 @@ Status CheckKeysAreOwn(const std::string& keys_dir, const PublicKey& root);
 // Whether the mark, if there is one, is whole, whoever made it.
 Status CheckMark(const std::string& keys_dir);
 
+// Mark of a note that this user's processes leave in a session folder, as 64 lower-case hexadecimal
+// digits: the HMAC-SHA256 of `purpose` and `text` under the secret. `purpose` says which note it
+// is: the mark of one note fits no other. Fails where the secret cannot be read or made.
+Result<std::string> HomeMarkOf(const std::string& purpose, const std::string& text);
+
 }  // namespace skein

@@ -82,6 +82,17 @@ TEST_F(HomeMarkTest, AMarkIsOfOneRoot) {
   EXPECT_FALSE(CheckRootIsOwn(keys).ok());
 }
 
+TEST_F(HomeMarkTest, AMarkOfANoteIsOfItsUserPurposeAndText) {
+  const auto mark = HomeMarkOf("run/lcm_url", "memq://");
+  ASSERT_TRUE(mark.ok()) << mark.error();
+  EXPECT_EQ(mark->size(), 64u);
+  EXPECT_EQ(*mark, *HomeMarkOf("run/lcm_url", "memq://"));
+  EXPECT_NE(*mark, *HomeMarkOf("run/lcm_url", "memq:///"));
+  EXPECT_NE(*mark, *HomeMarkOf("run/web_public", "memq://"));
+  UseHost("elsewhere");
+  EXPECT_NE(*mark, *HomeMarkOf("run/lcm_url", "memq://"));
+}
+
 TEST_F(HomeMarkTest, TheSecretIsItsUsersAlone) {
   MakeKeys("session");
   const fs::perms secret = fs::status(folder_ / "here" / "skein" / "home.key").permissions();

@@ -20,7 +20,9 @@ constexpr char kSegmentId[] = "http://ns.adobe.com/xap/1.0/";  // and its termin
 constexpr char kNamespace[] = "http://www.dji.com/drone-dji/1.0/";
 constexpr char kSeparator = ' ';  // between a name's namespace and the rest
 constexpr uint32_t kXmpTag = 700;
-constexpr size_t kMaxPacketBytes = 1 << 20;
+// As a JPEG's segment holds it. Expat writes a namespace's whole name before each attribute of it:
+// of 64 KiB that takes 0.4 s and 110 MB, of 1 MiB minutes and 27 GB.
+constexpr size_t kMaxPacketBytes = 64 << 10;
 constexpr size_t kMaxValueBytes = 64;
 constexpr double kHighestM = 100'000;
 

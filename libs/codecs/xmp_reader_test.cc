@@ -103,7 +103,7 @@ TEST(DronePosition, ExpandsNoEntities) {
   EXPECT_FALSE(Read(laughs + kMavic.substr(kMavic.find("<x:"))).latitude_deg);
 }
 
-TEST(DronePosition, IsReadFromATiffToo) {
+Bytes TiffWithPacket(const std::string& packet) {
   Bytes photo = {'I', 'I', 42, 0, 8, 0, 0, 0, 3, 0};
   const auto entry = [&](uint16_t tag, uint16_t type, uint32_t count, uint32_t value) {
     for (const uint32_t half : {uint32_t{tag}, uint32_t{type}}) {
@@ -117,12 +117,39 @@ TEST(DronePosition, IsReadFromATiffToo) {
   };
   entry(256, 3, 1, 64);
   entry(257, 3, 1, 64);
-  entry(700, 1, static_cast<uint32_t>(kMavic.size()), 8 + 2 + 3 * 12 + 4);
+  entry(700, 1, static_cast<uint32_t>(packet.size()), 8 + 2 + 3 * 12 + 4);
   photo.insert(photo.end(), 4, 0);
-  photo.insert(photo.end(), kMavic.begin(), kMavic.end());
+  photo.insert(photo.end(), packet.begin(), packet.end());
+  return photo;
+}
+
+TEST(DronePosition, IsReadFromATiffToo) {
+  Bytes photo = TiffWithPacket(kMavic);
   EXPECT_EQ(ReadDronePosition(photo, PhotoFormat::kTiff).relative_altitude_m, -4.3);
   photo.resize(photo.size() - 1);
   EXPECT_FALSE(ReadDronePosition(photo, PhotoFormat::kTiff).latitude_deg) << "it claims too much";
+}
+
+// Many attributes in a namespace with a long name, which Expat writes before each of them.
+std::string LongNamespace(size_t size) {
+  std::string packet = "<x xmlns:p=\"" + std::string(size / 2, 'u') + "\" ";
+  for (int i = 0; packet.size() < size; ++i) packet += "p:a" + std::to_string(i) + "=\"\" ";
+  return packet + "/>";
+}
+
+// A TIFF's packet is as large as its file: the long name would take minutes and 27 GB.
+TEST(DronePosition, NoMoreOfAPacketIsReadThanAJpegHolds) {
+  constexpr size_t kSegmentBytes = 64 << 10, kPacketBytes = 1 << 20;
+  std::string nested;
+  while (nested.size() < kPacketBytes) nested += "<a>";
+  for (const std::string& bomb :
+       {LongNamespace(kSegmentBytes - 100), LongNamespace(kPacketBytes), nested}) {
+    EXPECT_FALSE(ReadDronePosition(TiffWithPacket(bomb), PhotoFormat::kTiff).latitude_deg);
+  }
+  for (const std::string& more : {LongNamespace(kPacketBytes), nested}) {
+    const std::string packet = kMavic.substr(0, kMavic.find("</rdf:RDF>")) + more;
+    EXPECT_EQ(ReadDronePosition(TiffWithPacket(packet), PhotoFormat::kTiff).latitude_deg, -33.51);
+  }
 }
 
 TEST(DronePosition, FillsInWhatExifLacks) {

@@ -26,8 +26,9 @@ struct SessionPaths {
   std::filesystem::path Sparse() const { return root / "sparse"; }
   std::filesystem::path Uploads() const { return root / "uploads"; }
   std::filesystem::path Keys() const { return root / "keys"; }
-  // A line that launch.sh writes.
+  // Notes of launch.sh (clients/launched.h).
   std::filesystem::path LaunchedUrl() const { return root / "run" / "lcm_url"; }
+  std::filesystem::path BrowserAddresses() const { return root / "run" / "web_public"; }
   std::filesystem::path Report() const { return root / "report.json"; }
   // Checksums of sparse/ and report.json.
   std::filesystem::path Results() const { return root / "results.sha256"; }

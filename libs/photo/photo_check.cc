@@ -50,6 +50,11 @@ Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits) {
       CountJpegScans(bytes, kMaxJpegScans + 1) > kMaxJpegScans) {
     return ResourceExhausted("the JPEG has more than " + std::to_string(kMaxJpegScans) + " scans");
   }
+  if (header->format == PhotoFormat::kPng &&
+      CountPngTexts(bytes, kMaxPngTexts + 1) > kMaxPngTexts) {
+    return ResourceExhausted("the PNG has more than " + std::to_string(kMaxPngTexts) +
+                             " compressed texts");
+  }
   return header;
 }
 

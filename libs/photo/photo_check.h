@@ -19,6 +19,11 @@ constexpr int64_t kMaxPhotoPixels = int64_t{1} << 30;
 // (LIBTIFF_JPEG_MAX_ALLOWED_SCAN_NUMBER). libjpeg's own progression has 10 scans.
 constexpr int kMaxJpegScans = 100;
 
+// libpng inflates each compressed text to 8 MB at most (PNG_USER_CHUNK_MALLOC_MAX), and takes 1,000
+// of them (PNG_USER_CHUNK_CACHE_MAX): such a file has 8 MB, and takes 46 s whatever its pixels. A
+// photo has a profile and a text for each of XMP, EXIF and IPTC.
+constexpr int kMaxPngTexts = 32;
+
 struct PhotoLimits {
   int64_t max_bytes = int64_t{256} << 20;
   int64_t max_pixels = 100'000'000;  // checked before anything is decoded
@@ -33,8 +38,8 @@ struct CheckedPhoto {
   Exif exif;
 };
 
-// Checks the size of the file, what it is, the limits and the number of scans: all before anything
-// is decoded. An error is the reason that the agent gets.
+// Checks the size of the file, what it is, the limits, the number of a JPEG's scans and of a PNG's
+// texts: all before anything is decoded. An error is the reason that the agent gets.
 Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits);
 
 struct FocalPrior {

@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "testing/test_bombs.h"
+
 namespace skein::photo_check_test {
 
 // Without tables or data of any sense: what is to be known without decoding.
@@ -36,6 +38,59 @@ TEST(PhotoCheck, RefusesAJpegWithFarTooManyScans) {
   EXPECT_TRUE(CheckHeader(JpegWithScans(kMaxJpegScans), PhotoLimits()).ok());
   const auto header = CheckHeader(JpegWithScans(kMaxJpegScans + 1), PhotoLimits());
   EXPECT_EQ(header.error(), "the JPEG has more than 100 scans");
+}
+
+// A PNG of that size, without pixels.
+Bytes PngOf(uint32_t width_px, uint32_t height_px, const Bytes& chunks) {
+  Bytes header, png = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+  AppendBigEndian(width_px, &header);
+  AppendBigEndian(height_px, &header);
+  header.insert(header.end(), {8, 2, 0, 0, 0});
+  for (const Bytes& part : {PngChunk("IHDR", header), chunks, PngChunk("IEND", {})}) {
+    png.insert(png.end(), part.begin(), part.end());
+  }
+  return png;
+}
+
+Bytes Texts(const std::string& type, int count) {
+  Bytes chunks;
+  for (int i = 0; i < count; ++i) {
+    const Bytes chunk = PngChunk(type, {'k', 0, 0});
+    chunks.insert(chunks.end(), chunk.begin(), chunk.end());
+  }
+  return chunks;
+}
+
+TEST(PhotoCheck, RefusesAPngWithFarTooManyTexts) {
+  for (const char* type : {"zTXt", "iTXt", "iCCP"}) {
+    EXPECT_TRUE(CheckHeader(PngOf(100, 100, Texts(type, kMaxPngTexts)), PhotoLimits()).ok());
+    const auto header = CheckHeader(PngOf(100, 100, Texts(type, kMaxPngTexts + 1)), PhotoLimits());
+    EXPECT_EQ(header.error(), "the PNG has more than 32 compressed texts") << type;
+  }
+  EXPECT_TRUE(CheckHeader(PngOf(100, 100, Texts("tEXt", 1000)), PhotoLimits()).ok());
+  Bytes behind_its_end = PngOf(100, 100, {});
+  const Bytes texts = Texts("zTXt", 100);
+  behind_its_end.insert(behind_its_end.end(), texts.begin(), texts.end());
+  EXPECT_EQ(CountPngTexts(behind_its_end, 1000), 0);
+  const Bytes whole = PngOf(100, 100, Texts("zTXt", 3));
+  for (size_t size = 0; size <= whole.size(); ++size) {
+    EXPECT_LE(CountPngTexts(ByteView(whole.data(), size), 9), 3) << size;
+  }
+}
+
+TEST(PhotoCheck, RefusesAPngOfAThousandBytesThatClaimsGigapixels) {
+  const Bytes png = PngOf(60'000, 60'000, Texts("IDAT", 60));
+  EXPECT_LT(png.size(), 1024u);
+  EXPECT_EQ(CheckHeader(png, PhotoLimits()).error(),
+            "header claims 60000 x 60000 pixels, more than 100 megapixels");
+}
+
+TEST(PhotoCheck, OtherFormatsAreNotLookedInto) {
+  for (const std::string head : {"GIF89a", "GIF87a", "BM", "8BPS", "II+", "RIFFxxxxWEBP", "<svg"}) {
+    Bytes file(head.begin(), head.end());
+    file.resize(1000);
+    EXPECT_EQ(CheckHeader(file, PhotoLimits()).error(), "not a JPEG, PNG or TIFF photo") << head;
+  }
 }
 
 TEST(FocalPrior, PrefersExifThenTheOfferThenTheSize) {

@@ -12,6 +12,7 @@
 #include <opencv2/imgproc.hpp>
 #include <thread>
 
+#include "testing/test_bombs.h"
 #include "testing/test_decoder.h"
 #include "testing/test_photos.h"
 
@@ -271,6 +272,44 @@ TEST(PhotoDecoder, LimitsMemoryByThePhotosSize) {
   EXPECT_LT(small, 140);
   EXPECT_GT(more, small);
   EXPECT_LT(more, 1000);
+}
+
+// More than a decoder may have, from a file of 300 kB.
+TEST(PhotoDecoder, ChunksThatInflateToMuchAreNotTakenIntoMemory) {
+  const Bytes plain = Encode(Noise(96, 80), ".png");
+  const Bytes zeros = DeflatedZeros(size_t{256} << 20);
+  const auto decoder = StartDecoder();
+  const pid_t process = DecoderProcess();
+  for (const char* type : {"zTXt", "iTXt", "iCCP"}) {
+    const Bytes photo = WithPngChunks(plain, PngBomb(type, zeros));
+    EXPECT_EQ(decoder->Check(photo, PhotoLimits()).error(), "") << type;
+    EXPECT_EQ(decoder->Decode(photo).error(), "") << type;
+  }
+  EXPECT_EQ(DecoderProcess(), process);
+}
+
+TEST(PhotoDecoder, TextsThatCostMostAreFew) {
+  const Bytes text = PngBomb("zTXt", DeflatedZeros(7'900'000));  // libpng takes 8 MB
+  Bytes texts;
+  for (int i = 0; i < kMaxPngTexts; ++i) texts.insert(texts.end(), text.begin(), text.end());
+  const Bytes plain = Encode(Noise(96, 80), ".png");
+  const auto decoder = StartDecoder();
+  EXPECT_EQ(decoder->Check(WithPngChunks(plain, texts), PhotoLimits()).error(), "");
+  texts.insert(texts.end(), text.begin(), text.end());
+  EXPECT_EQ(decoder->Check(WithPngChunks(plain, texts), PhotoLimits()).error(),
+            "the PNG has more than 32 compressed texts");
+}
+
+TEST(PhotoDecoder, SegmentsWithoutEndAndDirectoriesInACircleEnd) {
+  const auto decoder = StartDecoder();
+  const pid_t process = DecoderProcess();
+  const Bytes segments = WithJpegComments(SmallJpeg(), 100'000);
+  EXPECT_EQ(decoder->Check(segments, PhotoLimits()).error(), "");
+  EXPECT_EQ(decoder->Decode(segments).error(), "");
+  const Bytes looped = LoopedTiff(64);
+  EXPECT_EQ(decoder->Check(looped, PhotoLimits()).error(), "");
+  EXPECT_EQ(decoder->Decode(looped).error(), "");
+  EXPECT_EQ(DecoderProcess(), process);
 }
 
 TEST(PhotoDecoder, SaysWhyThereIsNone) {

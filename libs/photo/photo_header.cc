@@ -103,6 +103,21 @@ int CountJpegScans(ByteView jpeg, int most) {
   return count;
 }
 
+// As libpng goes: chunk by chunk, each by the length that it tells.
+int CountPngTexts(ByteView png, int most) {
+  constexpr size_t kFirstChunk = 8, kBeside = 12;  // length, type, checksum
+  const BytePeeker peek(png, true);
+  int count = 0;
+  for (size_t at = kFirstChunk; count < most && at + kBeside <= png.size();) {
+    const uint8_t* const type = png.data() + at + 4;
+    const auto is = [type](const char* name) { return std::memcmp(type, name, 4) == 0; };
+    if (is("IEND")) break;
+    if (is("zTXt") || is("iTXt") || is("iCCP")) ++count;
+    at += kBeside + size_t{*peek.Get(at, 4)};
+  }
+  return count;
+}
+
 const char* FormatName(PhotoFormat format) {
   switch (format) {
     case PhotoFormat::kJpeg:

@@ -40,6 +40,10 @@ Result<PhotoHeader> ReadPhotoHeader(ByteView bytes);
 // of a scan's components for each, whatever its bytes. Not fewer than libjpeg finds.
 int CountJpegScans(ByteView jpeg, int most);
 
+// Chunks of a PNG up to its end, at most `most`, that hold compressed content beside the pixels:
+// texts and colour profiles (zTXt, iTXt, iCCP). Not fewer than libpng finds.
+int CountPngTexts(ByteView png, int most);
+
 const char* FormatName(PhotoFormat format);
 
 }  // namespace skein

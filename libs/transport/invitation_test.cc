@@ -97,12 +97,14 @@ TEST(LcmUrl, HasAPinWhereItIsEncrypted) {
 }
 
 TEST(LcmUrl, TellsWhetherItLeavesTheHost) {
-  for (const char* url : {"udpm://239.255.76.67:7667?ttl=0", "tcpq://127.0.0.1:7700",
-                          "tcpqs://127.0.0.1:7700", "tcpq://localhost:7700", "memq://"}) {
+  for (const char* url :
+       {"udpm://239.255.76.67:7667?ttl=0", "tcpq://127.0.0.1:7700", "tcpqs://127.0.0.1:7700",
+        "tcpqs://127.1.2.3:7700", "tcpq://localhost:7700", "memq://"}) {
     EXPECT_FALSE(ParseLcmUrl(url).leaves_host()) << url;
   }
   for (const char* url : {"udpm://239.255.76.67:7667?ttl=1", "tcpq://10.77.0.1:7700",
-                          "tcpqs://host:7700", "tcpq://host:7700", "tcpq://0.0.0.0:7700"}) {
+                          "tcpqs://host:7700", "tcpq://host:7700", "tcpq://0.0.0.0:7700",
+                          "tcpq://127.0.0.1.example.org:7700", "tcpq://127.example.org:7700"}) {
     EXPECT_TRUE(ParseLcmUrl(url).leaves_host()) << url;
   }
 }

@@ -27,8 +27,6 @@ constexpr uint32_t kMaxHeaderBytes = 8 << 10;  // of a request
 constexpr uint64_t kMaxBodyBytes = 64 << 10;   // of a POST
 constexpr size_t kMaxPartBytes = 256 << 10;    // of an upload that are in memory at a time
 
-constexpr double kHandshakeS = 10;
-constexpr double kSmallBodyS = 10;
 constexpr double kUploadIdleS = 30;  // an upload of which nothing comes for so long is closed
 constexpr double kPaceWindowS = 60;
 constexpr double kMinUploadBytesPerS = 1 << 10;  // a slower upload is closed after kPaceWindowS
@@ -102,7 +100,7 @@ HttpConnection::HttpConnection(ConnectionHost& host, int64_t id, tcp::socket soc
 void HttpConnection::Start() {
   if (!stream_.is_encrypted()) return ReadRequest();
   waiting_since_s_ = MonotonicS();
-  stream_.lowest().expires_after(Milliseconds(kHandshakeS));
+  stream_.lowest().expires_after(Milliseconds(host_.options().bounds.handshake_s));
   stream_.async_handshake([self = shared_from_this()](ErrorCode error) {
     error ? self->Close() : self->ReadRequest();
   });
@@ -209,7 +207,7 @@ void HttpConnection::ReadSmallBody(HttpRequest request) {
       std::make_shared<http::request_parser<http::string_body>>(std::move(*parser_));
   parser_.reset();
   parser->body_limit(kMaxBodyBytes);
-  stream_.lowest().expires_after(Milliseconds(kSmallBodyS));
+  stream_.lowest().expires_after(Milliseconds(host_.options().bounds.body_s));
   http::async_read(stream_, buffer_, *parser,
                    [self = shared_from_this(), parser, request = std::move(request)](
                        ErrorCode error, size_t) mutable {
@@ -383,6 +381,7 @@ void HttpConnection::BeginFile(const std::shared_ptr<OutgoingFile>& file) {
   SetFields(file->content, &file->message);
   file->message.content_length(file->size_bytes);
   file->serializer.emplace(file->message);
+  answering_since_s_ = MonotonicS();
   WriteFilePart(file);
 }
 
@@ -444,6 +443,7 @@ template <class Outgoing>
 void HttpConnection::Write(std::shared_ptr<Outgoing> outgoing) {
   waiting_since_s_.reset();
   due_since_s_.reset();
+  answering_since_s_ = MonotonicS();
   outgoing->serializer.emplace(outgoing->message);
   WriteSome(std::move(outgoing));
 }
@@ -465,6 +465,7 @@ void HttpConnection::WriteSome(std::shared_ptr<Outgoing> outgoing) {
 }
 
 void HttpConnection::OnWritten() {
+  answering_since_s_.reset();
   if (closed_) return;
   if (keep_alive_) return ReadRequest();
   ErrorCode ignored;

@@ -28,6 +28,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   std::optional<double> waiting_since_s() const { return waiting_since_s_; }
   // Time since which a part of an answer is due, from its maker or a file; nullopt if none is.
   std::optional<double> due_since_s() const { return due_since_s_; }
+  // Time since which an answer is being sent; nullopt if none is.
+  std::optional<double> answering_since_s() const { return answering_since_s_; }
 
  private:
   struct OutgoingFile;
@@ -66,7 +68,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   WebStream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;
-  std::optional<double> waiting_since_s_, due_since_s_;
+  std::optional<double> waiting_since_s_, due_since_s_, answering_since_s_;
   bool is_head_ = false;
   bool keep_alive_ = false;
   std::string range_;

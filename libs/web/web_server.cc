@@ -120,6 +120,7 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   int CountPlaces(const Chooses& chooses) const;
   bool FindPlace(const Place& place);
   bool CloseIdle(const Chooses& chooses);
+  bool CloseOldestAnswer(const Chooses& chooses);
   bool CloseOldestPage(const Chooses& chooses);
   void Count();
   void OnNote();
@@ -281,12 +282,13 @@ bool WebServer::Impl::FindPlace(const Place& place) {
   };
   const bool is_full =
       place.is_public && CountPlaces(is_neighbour) >= options_.bounds.max_of_address;
-  if (is_full && !CloseIdle(is_neighbour)) return false;
+  if (is_full && !CloseIdle(is_neighbour) && !CloseOldestAnswer(is_neighbour)) return false;
   const int limit = options_.max_connections;
   const bool has_room = static_cast<int>(places_.size()) < limit;
   if (!place.is_public) return has_room || CloseIdle(Anyone) || CloseOldestPage(Anyone);
   if (has_room && CountPlaces(is_public) < limit - kKeptPlaces) return true;
-  return CloseIdle(is_public) || CloseOldestPage(IsPublicNoOperator);
+  return CloseIdle(is_public) || CloseOldestAnswer(is_public) ||
+         CloseOldestPage(IsPublicNoOperator);
 }
 
 // Who is no operator leaves places to operators; a pass has no more than its share.
@@ -297,7 +299,7 @@ Status WebServer::Impl::NoteVisitor(int64_t connection_id, const Visitor& visito
   if (!IsPublicNoOperator(found->second)) return Status::Ok();
   const int limit = options_.max_connections - 2 * kKeptPlaces;
   if (CountPlaces(IsPublicNoOperator) > limit && !CloseIdle(IsPublicNoOperator) &&
-      !CloseOldestPage(IsPublicNoOperator)) {
+      !CloseOldestAnswer(IsPublicNoOperator) && !CloseOldestPage(IsPublicNoOperator)) {
     return Unavailable("too many visitors: try again later");
   }
   const auto has_pass = [&](const Place& place) {
@@ -323,6 +325,29 @@ bool WebServer::Impl::CloseIdle(const Chooses& chooses) {
   const bool is_late = slowest && MonotonicS() - *slowest->due_since_s() > options_.bounds.idle_s;
   if (idlest == nullptr && !is_late) return false;
   (idlest != nullptr ? idlest : slowest)->Close();
+  return true;
+}
+
+// Of those chosen that show no pass, of the address with most places, if more than one: the answer
+// that has been going out for longest. Who takes a page's file byte by byte keeps its place so
+// long.
+bool WebServer::Impl::CloseOldestAnswer(const Chooses& chooses) {
+  std::map<std::string, int> num_of;
+  for (const auto& [id, place] : places_) ++num_of[place.Owner()];
+  std::shared_ptr<HttpConnection> oldest;
+  int most = 1;
+  for (const auto& [id, connection] : connections_) {
+    const Place& place = places_.at(id);
+    const auto since_s = connection->answering_since_s();
+    if (!since_s || !place.visitor.name.empty() || !chooses(place)) continue;
+    const int num = num_of[place.Owner()];
+    const bool is_older = oldest && num == most && *since_s < *oldest->answering_since_s();
+    if (num <= most && !is_older) continue;
+    oldest = connection;
+    most = num;
+  }
+  if (oldest == nullptr) return false;
+  oldest->Close();
   return true;
 }
 

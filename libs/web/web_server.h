@@ -36,9 +36,12 @@ struct PublicAccess {
 struct WebBounds {
   int max_of_pass = 64;      // connections by one pass
   int max_of_address = 128;  // by the doors, of one address; of IPv6 one network of 64 bits
-  double idle_s = 60;        // of a connection: without a request, or without taking a byte
-  double stalled_s = 30;     // a page that takes nothing for so long is closed
-  double gather_s = 0.05;    // events are sent at most so often
+  double handshake_s = 10;   // of TLS, until it is whole
+  double idle_s = 60;      // of a connection: until a request's header is whole, or without taking
+                           // a byte
+  double body_s = 10;      // of a POST, until its body is whole
+  double stalled_s = 30;   // a page that takes nothing for so long is closed
+  double gather_s = 0.05;  // events are sent at most so often
 };
 
 struct WebServerOptions {
@@ -72,6 +75,8 @@ struct Uploads {
 // If all places are taken, one connection is closed, the first of these that exists:
 //  - the one without a request for longest;
 //  - the one whose answer has been due for longest, if for more than idle_s;
+//  - if a visitor wants the place: the answer that has been going out for longest, of those to
+//    visitors without a pass, of the address with most places, if these are more than one;
 //  - the oldest WebSocket of the owner (pass, or else address) with most places, if these are more
 //    than one.
 // kKeptPlaces stay free for the own port, and as many more for operators.

@@ -8,9 +8,14 @@
 #include <unistd.h>
 
 #include <atomic>
+#include <boost/asio/read.hpp>
+#include <boost/asio/ssl.hpp>
+#include <boost/asio/write.hpp>
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <functional>
+#include <memory>
 #include <nlohmann/json.hpp>
 #include <thread>
 #include <vector>
@@ -73,6 +78,21 @@ class RawClient {
     char byte = 0;
     return recv(fd_, &byte, 1, 0) <= 0;
   }
+  // Whether the server has closed; waits for nothing.
+  bool HasHungUp() const {
+    char byte = 0;
+    const ssize_t n = recv(fd_, &byte, 1, MSG_PEEK | MSG_DONTWAIT);
+    return n == 0 || (n < 0 && errno != EAGAIN);
+  }
+  // Hears up to the end of an answer's header.
+  std::string HearHeader() {
+    std::string heard;
+    char byte = 0;
+    while (heard.find("\r\n\r\n") == std::string::npos && recv(fd_, &byte, 1, 0) == 1) {
+      heard += byte;
+    }
+    return heard;
+  }
 
  private:
   const int fd_;
@@ -125,6 +145,20 @@ class WebServerTest : public ::testing::Test {
   static std::string BodyOf(const std::string& answer) {
     const size_t end = answer.find("\r\n\r\n");
     return end == std::string::npos ? "" : answer.substr(end + 4);
+  }
+  // Says `begin`, then `more` piece by piece, until the server hangs up. False: it does not.
+  static bool HangsUpOn(int port, const std::string& begin, const std::string& more) {
+    RawClient client(port);
+    client.Say(begin);
+    return WaitFor([&] {
+      client.Say(more);
+      return client.HasHungUp();
+    });
+  }
+  // A file that is more than the kernel takes for a client that reads nothing.
+  void MakeLargeFile() const {
+    std::ofstream(folder_ / "file.bin").close();
+    std::filesystem::resize_file(folder_ / "file.bin", size_t{64} << 20);
   }
   // That the server answers a newcomer.
   void ExpectAlive() { EXPECT_EQ(StatusOf(Ask("GET /alive")), 200); }
@@ -307,6 +341,34 @@ TEST_F(WebServerTest, WhoTakesNoByteIsClosed) {
   RawClient client(port());
   client.Say("GET /large HTTP/1.1\r\nHost: " + Host() + "\r\n\r\n");
   ASSERT_TRUE(WaitFor([this] { return num_handled_ == 1; }));
+  EXPECT_TRUE(WaitFor([this] { return server_->num_connections() == 0; }));
+}
+
+// A byte at a time is no progress: the time is that of all of it.
+TEST_F(WebServerTest, AHeaderOrABodyThatComesByteByByteIsNotWaitedFor) {
+  options_.bounds.idle_s = 0.5;
+  options_.bounds.body_s = 0.5;
+  Start();
+  EXPECT_TRUE(HangsUpOn(port(), "GET / HTTP/1.1\r\nX: ", "x"));
+  EXPECT_TRUE(HangsUpOn(port(), "GET / HTTP/1.1\r\n", "X: x\r\n"));
+  EXPECT_TRUE(HangsUpOn(
+      port(), "POST /api/enter HTTP/1.1\r\nHost: " + Host() + "\r\nContent-Length: 60000\r\n\r\n{",
+      " "));
+  EXPECT_EQ(num_handled_, 0);
+  ExpectAlive();
+}
+
+TEST_F(WebServerTest, AFrameThatDoesNotEndKeepsNoWebSocket) {
+  options_.bounds.idle_s = 0.5;
+  Start();
+  RawClient page(port());
+  page.Say("GET /ws HTTP/1.1\r\nHost: " + Host() +
+           "\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\n"
+           "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n");
+  EXPECT_EQ(StatusOf(page.HearHeader()), 101);
+  ASSERT_TRUE(WaitFor([this] { return server_->num_viewers() == 1; }));
+  // Text of 126 bytes and more, whose length, mask and content never come; nor does a pong.
+  page.Say("\x81\xfe");
   EXPECT_TRUE(WaitFor([this] { return server_->num_connections() == 0; }));
 }
 
@@ -500,6 +562,81 @@ TEST_F(WebDoorTest, AViewersSocketsKeepOutNeitherTheOwnPortNorOperatorsNorOthers
     EXPECT_EQ(page->Hear()["type"], "events") << "who has few places keeps them";
   }
   ExpectAlive();
+}
+
+// They have no pass, ask for a file of the page, and take it byte by byte.
+TEST_F(WebDoorTest, AnswersThatNobodyTakesKeepOutNobody) {
+  options_.max_connections = 46;  // 16 for the own port, 16 for operators
+  MakeLargeFile();
+  Start();
+  const auto ask = [this] {
+    auto client = std::make_unique<RawClient>(door());
+    client->Say("GET /file HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+    EXPECT_EQ(StatusOf(client->HearHeader()), 200);
+    return client;
+  };
+  std::vector<std::unique_ptr<RawClient>> slow;
+  for (int i = 0; i < 14; ++i) slow.push_back(ask());
+  EXPECT_EQ(server_->num_connections(), 14);
+  EXPECT_EQ(StatusOf(AskDoor("GET /api/session", CookieOf(Role::kViewer, "vera"))), 200);
+  Page anna(door(), "", CookieOf(Role::kViewer, "anna"));
+  EXPECT_EQ(anna.Hear()["type"], "hello");
+  for (int i = 0; i < 14; ++i) slow.push_back(ask());
+  log_.Append(1, Event(1));
+  server_->NoteEvents();
+  EXPECT_EQ(anna.Hear()["type"], "events") << "who shows a pass keeps the place";
+  ExpectAlive();
+}
+
+TEST_F(WebDoorTest, AnAddressPushesOutItsOwnAnswersThatNobodyTakes) {
+  options_.max_connections = 100;
+  options_.bounds.max_of_address = 3;
+  MakeLargeFile();
+  Start();
+  std::vector<std::unique_ptr<RawClient>> slow;
+  for (int i = 0; i < 5; ++i) {
+    slow.push_back(std::make_unique<RawClient>(door()));
+    slow.back()->Say("GET /file HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+    EXPECT_EQ(StatusOf(slow.back()->HearHeader()), 200) << i;
+  }
+  EXPECT_LE(server_->num_connections(), 3);
+}
+
+TEST_F(WebDoorTest, AHandshakeThatDoesNotEndIsNotWaitedFor) {
+  const auto certificate = OpenWebCertificate(keys_, {"127.0.0.1"}, NowUs() / 1'000'000);
+  ASSERT_TRUE(certificate.ok()) << certificate.error();
+  options_.access->doors.front().certificate = *certificate;
+  options_.bounds.handshake_s = 0.5;
+  Start();
+  EXPECT_TRUE(HangsUpOn(door(), "", ""));
+  // A record of 16 KiB, byte by byte.
+  EXPECT_TRUE(HangsUpOn(door(), std::string("\x16\x03\x01\x40\x00", 5), "\x01"));
+  ExpectAlive();
+}
+
+// Early data (RFC 8446, 8) can be recorded and sent again.
+TEST_F(WebDoorTest, TakesNoRequestBeforeTheHandshakeIsWhole) {
+  const auto certificate = OpenWebCertificate(keys_, {"127.0.0.1"}, NowUs() / 1'000'000);
+  ASSERT_TRUE(certificate.ok()) << certificate.error();
+  options_.access->doors.front().certificate = *certificate;
+  Start();
+  asio::io_context context;
+  asio::ssl::context tls(asio::ssl::context::tls_client);
+  asio::ssl::stream<tcp::socket> stream(context, tls);
+  stream.next_layer().connect({asio::ip::make_address("127.0.0.1"), static_cast<uint16_t>(door())});
+  stream.handshake(asio::ssl::stream_base::client);
+  const std::string request = "GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n\r\n";
+  asio::write(stream, asio::buffer(request));
+  std::string heard;
+  ErrorCode error;
+  asio::read(stream, asio::dynamic_buffer(heard), error);
+  EXPECT_EQ(StatusOf(heard), 200);
+  ASSERT_EQ(SSL_version(stream.native_handle()), TLS1_3_VERSION);
+  // The ticket came with the answer.
+  const std::unique_ptr<SSL_SESSION, decltype(&SSL_SESSION_free)> session(
+      SSL_get1_session(stream.native_handle()), SSL_SESSION_free);
+  EXPECT_TRUE(SSL_SESSION_has_ticket(session.get()));
+  EXPECT_EQ(SSL_SESSION_get_max_early_data(session.get()), 0u);
 }
 
 TEST_F(WebDoorTest, APassAndAnAddressHaveTheirShare) {

@@ -104,14 +104,17 @@ void FinishDriver::Request(const command_t& command, int64_t deadline_utime_us) 
   if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
 }
 
+// The fact also keeps a command that comes again later, after a restart, too, from beginning
+// another finish.
 void FinishDriver::Join(const command_t& command, int64_t deadline_utime_us) {
   const FinishState& finish = writer_.state().finish();
-  finish_of_command_[command.command_id] = finish.finish_id;
   const int64_t before_us = finish.deadline_utime_us;
-  if (deadline_utime_us == 0 || (before_us > 0 && before_us <= deadline_utime_us)) return;
-  finish_t fact = MakeCommanded(finish_t::DEADLINE, command, deadline_utime_us);
+  const bool is_earlier = before_us == 0 || deadline_utime_us < before_us;
+  finish_t fact =
+      MakeCommanded(finish_t::DEADLINE, command,
+                    deadline_utime_us > 0 && is_earlier ? deadline_utime_us : before_us);
   fact.finish_id = finish.finish_id;
-  writer_.Stage(fact);
+  if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
 }
 
 void FinishDriver::Step(double now_s) {

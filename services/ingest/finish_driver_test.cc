@@ -251,16 +251,45 @@ TEST_F(FinishDriverTest, AFurtherCommandMaySetAnEarlierDeadlineWhichOutlivesARes
   Await([&] { return CountFinishFacts(finish_t::DEADLINE) == 1; }, "a deadline");
   AskToFinish(3, "2000");
   AskToFinish(4, "2");
-  Await([&] { return CountFinishFacts(finish_t::DEADLINE) == 2; }, "an earlier deadline");
+  Await([&] { return CountFinishFacts(finish_t::DEADLINE) == 3; }, "an earlier deadline");
+  std::vector<int64_t> deadlines_us;
+  for (const Fact& fact : facts_) {
+    const auto* finish = std::get_if<finish_t>(&fact);
+    if (finish == nullptr || finish->state != finish_t::DEADLINE) continue;
+    deadlines_us.push_back(finish->deadline_utime_us);
+  }
+  EXPECT_EQ(deadlines_us[1], deadlines_us[0]) << "a later deadline changes nothing";
+  EXPECT_LT(deadlines_us[2], deadlines_us[0]);
   Restart();
   AwaitReplyTo(4);
-  for (const int64_t command_id : {1, 2, 4}) {
+  for (const int64_t command_id : {1, 2, 3, 4}) {
     ASSERT_NE(ReplyTo(command_id), nullptr) << command_id;
     EXPECT_TRUE(ReplyTo(command_id)->ok);
   }
-  EXPECT_EQ(CountFinishFacts(finish_t::DEADLINE), 2) << "a later deadline changes nothing";
   EXPECT_EQ(CountFinishFacts(finish_t::CUT), 1);
   EXPECT_EQ(Report()["cut"]["not_matched"], nlohmann::json({"alice/1.jpg"}));
+}
+
+// Recorded and sent again, or repeated by who lost the reply.
+TEST_F(FinishDriverTest, ACommandThatComesAgainBeginsNoFurtherFinish) {
+  AddMatchedPhoto(1);
+  AskToFinish(77);
+  Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
+  AskToFinish(78);
+  Await([&] { return CountFinishFacts(finish_t::DEADLINE) == 1; }, "the second command");
+  EXPECT_EQ(Finished(finish_t::DEADLINE)->deadline_utime_us, 0);
+  for (const int64_t command_id : {77, 78}) AskToFinish(command_id);
+  Settle();
+  for (const int64_t command_id : {77, 78}) AwaitReplyTo(command_id);
+  Restart();
+  replies_.clear();
+  for (const int64_t command_id : {77, 78}) {
+    AskToFinish(command_id);
+    AwaitReplyTo(command_id);
+    EXPECT_TRUE(ReplyTo(command_id)->ok);
+  }
+  EXPECT_EQ(CountFinishFacts(finish_t::REQUESTED), 1);
+  EXPECT_EQ(CountFinishFacts(finish_t::DEADLINE), 1);
 }
 
 TEST_F(FinishDriverTest, TakesTheNewestModelOfAMapperThatIsSilent) {

@@ -121,6 +121,21 @@ TEST_F(UploadDeskTest, OffersAgainWhatNobodyDecidedBeforeItDied) {
   EXPECT_EQ(offers_.front().name, "a.jpg");
 }
 
+// Recorded and sent again, or by a phone that has forgotten: ingest knows the content.
+TEST_F(UploadDeskTest, APhotoThatComesAgainIsOfferedAgainAndForgotten) {
+  on_offer_ = [&](const image_offer_t& offer) {
+    Ack(offer, offers_.size() == 1 ? image_ack_t::STORED : image_ack_t::DUPLICATE);
+  };
+  UploadDesk desk(web_, *store_, [this](const std::string& id) { return IsInLedger(id); });
+  for (const size_t time : {1, 2, 3}) {
+    const std::string id = Upload("anna", "a.jpg", "one");
+    ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty() && NumFiles() == 0; }));
+    EXPECT_EQ(offers_.size(), time);
+    EXPECT_FALSE(store_->Look("anna", id));
+  }
+  EXPECT_EQ(store_->bytes(), 0);
+}
+
 // The acknowledgement and the fact come by different ways.
 TEST_F(UploadDeskTest, KeepsWhatIsAcknowledgedUntilTheLedgerIsKnownToHaveIt) {
   knows_all_ = false;

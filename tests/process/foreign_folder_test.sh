@@ -167,6 +167,24 @@ start_services "$workspace/moved" "$url" --mappers 1 --web 0 --guide off >"$work
 stop_services
 echo "keys of another host are refused, cloned without, or adopted"
 
+# A folder that leads to another host, with keys or without: no command goes there, no link names it.
+copy_own
+echo tcpq://203.0.113.7:7700 >"$session/run/lcm_url"
+echo https://203.0.113.7:8471 >"$session/run/web_public"
+for keys in kept removed; do
+  [[ $keys == kept ]] || rm -rf "$session/keys"
+  timeout 20 "$skein" status --session "$session" --once >"$workspace/said" 2>&1 && fail "skein status follows a sent run/lcm_url, keys $keys"
+  grep -q 'not written by launch.sh of this user' "$workspace/said" || fail "skein status, a sent run/lcm_url: $(cat "$workspace/said")"
+  for options in "" --browser "--lcm-url $url --qr"; do
+    "$skein" invite --session "$session" --role agent $options >"$workspace/said" 2>"$workspace/refused" || true
+    ! grep -q 203.0.113.7 "$workspace/said" || fail "skein invite $options, keys $keys: a link to another's host"
+    grep -q 'not written by launch.sh of this user' "$workspace/refused" || fail "skein invite $options: $(cat "$workspace/refused")"
+  done
+done
+copy_own
+[[ $(head -n 1 "$session/run/lcm_url") == "$url" ]] || fail "launch.sh does not note its URL"
+echo "a folder leads to no other host"
+
 # Row 5: a ledger that does more than hold facts.
 copy_own
 sqlite3 "$session/ledger.db" 'CREATE TRIGGER t AFTER INSERT ON facts BEGIN DELETE FROM facts; END'

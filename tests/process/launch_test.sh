@@ -29,10 +29,10 @@ chmod +x "$workspace/bin/skein-ingest"
 for service in features retrieval matching mapper merger guide dense web; do
   ln -s skein-ingest "$workspace/bin/skein-$service"
 done
-# `skein demand`: says what the test has written for it. `skein admit` is the real one.
+# `skein demand`: says what the test has written for it. `skein admit` and `launched` are the real one.
 cat >"$workspace/bin/skein" <<DEMAND
 #!/usr/bin/env bash
-[[ \$1 != admit ]] || exec "$SKEIN_BUILD/bin/skein" "\$@"
+[[ \$1 != admit && \$1 != launched ]] || exec "$SKEIN_BUILD/bin/skein" "\$@"
 DEMAND
 cat >>"$workspace/bin/skein" <<'DEMAND'
 while (($#)); do
