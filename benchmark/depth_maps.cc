@@ -27,11 +27,12 @@ namespace {
 using nlohmann::json;
 
 struct Arguments {
-  std::string model, images, surfaces, rgbd, output, kernel;
+  std::string model, images, surfaces, rgbd, output;
   RgbdRig rig;
   size_t most = 1000;
   bool sgbm = false;
-  ModelDepthOptions depth;
+  int size_px = 800;
+  InstructionSet kernel = FastestInstructionSet();
 };
 
 double CpuSeconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
@@ -58,7 +59,7 @@ DepthInput Prepare(const Arguments& arguments, const DepthScene& scene) {
   const auto photo = [&](size_t i) -> Result<cv::Mat3b> {
     return ReadPhoto(arguments.images + "/" + scene.names[i]);
   };
-  return *ReadDepthInput(scene, arguments.depth, photo);
+  return *ReadDepthInput(scene, arguments.size_px, photo);
 }
 
 DepthMap Holes(const DepthPhoto& photo) {
@@ -67,12 +68,12 @@ DepthMap Holes(const DepthPhoto& photo) {
 }
 
 std::vector<DepthMap> Sweep(const Arguments& arguments, const DepthInput& input, json* times) {
-  DepthSweep sweep(arguments.depth.sweep);
+  DepthSweep sweep(arguments.kernel);
   std::vector<DepthMap> maps;
   DepthTimes sum;
   double steps = 0;
   for (size_t i = 0; i < input.photos.size(); ++i) {
-    maps.push_back(SweepPhoto(input, i, arguments.depth.num_matched, &sweep));
+    maps.push_back(SweepPhoto(input, i, &sweep));
     sum.warp += sweep.times().warp;
     sum.costs += sweep.times().costs;
     sum.paths += sweep.times().paths;
@@ -245,7 +246,7 @@ json Run(const Arguments& arguments) {
   if (!arguments.rgbd.empty()) {
     out["grey_difference_of_frames"] = RgbdGreyDifference(arguments.rgbd, arguments.rig, 20);
   }
-  out["kernel"] = InstructionSetName(arguments.depth.sweep.kernel);
+  out["kernel"] = InstructionSetName(arguments.kernel);
   if (!arguments.output.empty()) WritePictures(arguments.output, scene, input, maps, kept);
   return out;
 }
@@ -259,6 +260,7 @@ InstructionSet KernelOfName(const std::string& name) {
 
 int Main(int argc, char** argv) {
   Arguments arguments;
+  std::string kernel;
   CLI::App app("Depth maps of a model's photos, and how good they are");
   app.add_option("--model", arguments.model, "COLMAP model folder");
   app.add_option("--images", arguments.images, "Folder of its photos");
@@ -267,18 +269,14 @@ int Main(int argc, char** argv) {
   app.add_option("--colour-offset-m", arguments.rig.colour_offset_m, "Of the RGB-D camera");
   app.add_option("--surfaces", arguments.surfaces, "True surfaces, as skein sim writes them");
   app.add_option("--output", arguments.output, "Folder for pictures");
-  app.add_option("--size", arguments.depth.size_px, "Longer side of a depth map, pixels");
-  app.add_option("--neighbours", arguments.depth.num_matched, "Photos that one is matched with");
-  app.add_option("--agree-with", arguments.depth.num_confirming, "Depth maps that confirm one");
+  app.add_option("--size", arguments.size_px, "Longer side of a depth map, pixels");
   app.add_option("--most", arguments.most, "Photos, the first by name");
-  app.add_option("--kernel", arguments.kernel, "portable, avx2 or avx512");
-  app.add_option("--min-steps", arguments.depth.sweep.min_steps);
-  app.add_option("--max-steps", arguments.depth.sweep.max_steps);
+  app.add_option("--kernel", kernel, "portable, avx2 or avx512");
   app.add_flag("--sgbm", arguments.sgbm, "Compare with OpenCV's StereoSGBM");
   CLI11_PARSE(app, argc, argv);
   if (!arguments.rgbd.empty()) arguments.images = arguments.rgbd;
   try {
-    if (!arguments.kernel.empty()) arguments.depth.sweep.kernel = KernelOfName(arguments.kernel);
+    if (!kernel.empty()) arguments.kernel = KernelOfName(kernel);
     std::cout << Run(arguments).dump(1) << "\n";
     return 0;
   } catch (const std::exception& error) {

@@ -47,7 +47,7 @@ int main(int argc, char** argv) {
   return skein::RunService(node_options, [&](skein::Node& node) {
     node.steps().OnBegin([faults = skein::FaultsOf(std::getenv("SKEIN_TEST_FAULTS"))](
                              const skein::Step& step) { skein::FailStep(faults, step); });
-    skein::MapperService service(node, options.run, options.pool);
+    skein::MapperService service(node, options.run, options.retire_after_s);
     node.Run();
   });
 }

@@ -52,13 +52,11 @@ class DenseFolder {
   bool Has(const std::string& format) const { return options_.formats.count(format) > 0; }
 
   Status MakeDepths(const std::function<void()>& on_photo) {
-    ModelDepthOptions options;
-    options.size_px = options_.size_px;
     const auto photo = [this](size_t i) {
       const Camera& camera = model_.Camera(static_cast<CameraId>(scene_.cameras[i]));
       return ReadPhoto(photo_source_, scene_.names[i], camera);
     };
-    Result<ModelDepths> depths = MakeModelDepths(scene_, options, photo, on_photo);
+    Result<ModelDepths> depths = MakeModelDepths(scene_, options_.size_px, photo, on_photo);
     if (depths.ok()) depths_ = *std::move(depths);
     return depths.status();
   }

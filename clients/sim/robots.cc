@@ -18,14 +18,11 @@ constexpr double kSameM = 0.3, kSameRad = 0.15;
 CameraPose ToCameraPose(const Pose& pose) { return {pose.cam_from_world, pose.Translation()}; }
 Pose ToPose(const CameraPose& pose) { return {pose.rotation, pose.Centre()}; }
 
-CameraPose PoseOf(const registration_t& fact) {
-  const double* q = fact.cam_from_world_qwxyz;
-  const double* t = fact.cam_from_world_xyz;
-  return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(), {t[0], t[1], t[2]}};
-}
-
-CameraPose PoseOf(const station_t& station) {
-  const float *q = station.qvec, *t = station.tvec;
+// Of a registration_t or a station_t.
+template <class Message>
+CameraPose PoseOf(const Message& message) {
+  const auto* q = message.cam_from_world_qwxyz;
+  const auto* t = message.cam_from_world_xyz;
   return {Eigen::Quaterniond(q[0], q[1], q[2], q[3]).normalized(), {t[0], t[1], t[2]}};
 }
 

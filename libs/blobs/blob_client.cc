@@ -23,6 +23,8 @@ constexpr size_t kMaxParties = 64;
 
 // Bytes that are not the blob's.
 constexpr int kMaxMismatches = 3;
+// The owner may deny a blob for so long: one that was restarted does until it offers it again.
+constexpr double kUnknownPatienceS = 3;
 
 constexpr size_t kMaxWaitingRequests = 64;
 constexpr size_t kMaxLoading = 256;  // blobs that are read for others; more are asked for again
@@ -97,7 +99,6 @@ BlobClient::FetchId BlobClient::Fetch(const std::string& blob_id, const std::str
   Fetching& fetching = found->second;
   fetching.waiting[id] = std::move(on_fetched);
   fetching.max_bytes = std::max(fetching.max_bytes, options.max_bytes);
-  fetching.unknown_patience_s = std::max(fetching.unknown_patience_s, options.unknown_patience_s);
   if (!is_new) return id;
   fetching.party = PartyNamed(party);
   LookLocally(key);
@@ -308,7 +309,7 @@ void BlobClient::OnUnknown(const PullKey& key, Fetching* fetching) {
   const double now_s = loop_.now_s();
   if (fetching->first_unknown_s == 0) fetching->first_unknown_s = now_s;
   // Until then the pull's timeout asks again, with back-off.
-  if (now_s < fetching->first_unknown_s + fetching->unknown_patience_s) return;
+  if (now_s < fetching->first_unknown_s + kUnknownPatienceS) return;
   Finish(key, NotFound(key.owner + " has no blob " + key.blob_id));
 }
 

@@ -44,8 +44,6 @@ class BlobClient {
   struct FetchOptions {
     int64_t max_bytes = kMaxBlobBytes;  // a larger blob is an error
     int64_t size_bytes = kUnknownSize;  // where it is known; chunks that tell another are ignored
-    // How long the owner may deny the blob, which a restarted owner does until it offers it again.
-    double unknown_patience_s = 3;
     // Whether the owner may serve it without a signature, as one that offered it so.
     bool takes_unsigned = false;
     // Party for which the pull is made: parties share chunks in flight and places of active pulls
@@ -125,7 +123,6 @@ class BlobClient {
     std::map<FetchId, OnFetched> waiting;
     Party* party = nullptr;
     int64_t max_bytes = 0;
-    double unknown_patience_s = 0;
     std::optional<BlobPull> pull;  // once it is not here
     bool hashing = false;
     double first_unknown_s = 0;  // 0: the owner did not say so

@@ -18,6 +18,9 @@ constexpr double kMaxPoseErrorPx = 12.0;
 // Inliers that an absolute pose needs: COLMAP's abs_pose_min_num_inliers.
 constexpr int kMinPoseInliers = 30;
 
+// Inliers of the pair that a map begins with: COLMAP's init_min_num_inliers.
+constexpr int kMinSeedInliers = 100;
+
 // Smallest triangulation angle of a point that stays in the map: COLMAP's filter_min_tri_angle.
 constexpr double kMinTriangulationAngleDeg = 1.5;
 

@@ -6,7 +6,6 @@
 #include <stdexcept>
 
 #include "core/clock.h"
-#include "core/option_check.h"
 #include "depth/padded_rows.h"
 #include "depth/warped_view.h"
 
@@ -69,15 +68,6 @@ void CheckInput(const DepthPhoto& photo, const std::vector<const DepthPhoto*>& n
 
 }  // namespace
 
-Status DepthOptions::Check() const {
-  if (max_steps < min_steps) return InvalidArgument("max_steps is below min_steps");
-  if (!IsInstructionSetSupported(kernel)) {
-    return InvalidArgument("this processor does not run kernel " + InstructionSetName(kernel));
-  }
-  return FirstError({InRange("min_steps", min_steps, kSweepLanes, kMaxSweepSteps),
-                     InRange("max_steps", max_steps, kSweepLanes, kMaxSweepSteps)});
-}
-
 int64_t DepthSweepBytes(int width, int height, int steps, int neighbours) {
   const int64_t pixels = int64_t{RoundUp(width, 64)} * height;
   return 3 * pixels * steps + 40 * pixels * (1 + neighbours);
@@ -85,8 +75,7 @@ int64_t DepthSweepBytes(int width, int height, int steps, int neighbours) {
 
 class DepthSweep::Workspace {
  public:
-  explicit Workspace(const DepthOptions& options)
-      : options_(options), kernels_(SweepKernelsOf(options.kernel)) {}
+  explicit Workspace(InstructionSet kernel) : kernels_(SweepKernelsOf(kernel)) {}
 
   std::optional<DepthMap> Run(const DepthPhoto& photo,
                               const std::vector<const DepthPhoto*>& neighbours,
@@ -129,9 +118,9 @@ class DepthSweep::Workspace {
       longest = std::max(longest, length);
       views_.push_back(std::move(view));
     }
-    const double wanted = std::min<double>(longest, options_.max_steps) + 1;
-    steps_ = RoundUp(std::max(static_cast<int>(wanted), options_.min_steps), kSweepLanes);
-    steps_ = std::min(steps_, options_.max_steps / kSweepLanes * kSweepLanes);
+    const double wanted = std::min<double>(longest, kMaxSweepSteps) + 1;
+    steps_ = RoundUp(std::max(static_cast<int>(wanted), kMinSweepSteps), kSweepLanes);
+    steps_ = std::min(steps_, kMaxSweepSteps / kSweepLanes * kSweepLanes);
     step_size_ = (near - far) / (steps_ - 1);
   }
 
@@ -388,7 +377,6 @@ class DepthSweep::Workspace {
 
   static constexpr double kMinSearchPx = 4;  // less parallax over the whole range tells nothing
 
-  const DepthOptions options_;
   const SweepKernels& kernels_;
   DepthTimes times_;
   const DepthPhoto* photo_ = nullptr;
@@ -403,9 +391,11 @@ class DepthSweep::Workspace {
   std::vector<StepChoice> choices_;
 };
 
-DepthSweep::DepthSweep(const DepthOptions& options) {
-  ThrowUnlessSound(options.Check());
-  workspace_ = std::make_unique<Workspace>(options);
+DepthSweep::DepthSweep(InstructionSet kernel) {
+  if (!IsInstructionSetSupported(kernel)) {
+    throw std::invalid_argument("this processor does not run kernel " + InstructionSetName(kernel));
+  }
+  workspace_ = std::make_unique<Workspace>(kernel);
 }
 DepthSweep::~DepthSweep() = default;
 DepthSweep::DepthSweep(DepthSweep&& other) noexcept = default;

@@ -19,15 +19,9 @@
 
 namespace skein {
 
-struct DepthOptions {
-  // Steps between near and far: as many as planes are one pixel apart in a neighbour, within these
-  // limits, rounded up to a multiple of kSweepLanes.
-  int min_steps = 64, max_steps = 128;
-
-  InstructionSet kernel = FastestInstructionSet();
-
-  Status Check() const;
-};
+// Steps between near and far: as many as planes are one pixel apart in a neighbour, at least
+// kMinSweepSteps and at most kMaxSweepSteps, rounded up to a multiple of kSweepLanes.
+constexpr int kMinSweepSteps = 64;
 
 // CPU seconds of the last map's parts.
 struct DepthTimes {
@@ -42,7 +36,8 @@ int64_t DepthSweepBytes(int width, int height, int steps, int neighbours);
 // Keeps its working memory (DepthSweepBytes), so keep one a thread.
 class DepthSweep {
  public:
-  explicit DepthSweep(const DepthOptions& options);  // throws std::invalid_argument
+  // Throws std::invalid_argument if the processor does not run the kernel.
+  explicit DepthSweep(InstructionSet kernel = FastestInstructionSet());
   ~DepthSweep();
   DepthSweep(DepthSweep&& other) noexcept;
 

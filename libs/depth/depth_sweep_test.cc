@@ -33,12 +33,12 @@ Quality QualityOf(const DepthMap& map, const Wall& wall) {
 }
 
 DepthMap MapOf(const Wall& wall, const std::vector<DepthPose>& neighbours,
-               const DepthOptions& options = {}) {
+               InstructionSet kernel = FastestInstructionSet()) {
   std::vector<DepthPhoto> photos;
   for (const DepthPose& pose : neighbours) photos.push_back(wall.Photo(pose));
   std::vector<const DepthPhoto*> pointers;
   for (const DepthPhoto& photo : photos) pointers.push_back(&photo);
-  return *DepthSweep(options).Estimate(wall.Photo(PoseAt({0, 0, 0})), pointers, kRange);
+  return *DepthSweep(kernel).Estimate(wall.Photo(PoseAt({0, 0, 0})), pointers, kRange);
 }
 
 const std::vector<DepthPose> kAround = {PoseAt({2, 0, 0}, -0.15), PoseAt({-2, 0, 0}, 0.15),
@@ -78,13 +78,10 @@ TEST(DepthSweep, PredictsItsErrorWithinAFactorOfFour) {
 
 TEST(DepthSweep, EveryKernelGivesTheSameMap) {
   const Wall wall;
-  DepthOptions options;
-  options.kernel = InstructionSet::kPortable;
-  const DepthMap portable = MapOf(wall, kAround, options);
+  const DepthMap portable = MapOf(wall, kAround, InstructionSet::kPortable);
   for (const InstructionSet version : kInstructionSets) {
     if (!IsInstructionSetSupported(version)) continue;
-    options.kernel = version;
-    const DepthMap map = MapOf(wall, kAround, options);
+    const DepthMap map = MapOf(wall, kAround, version);
     EXPECT_EQ(cv::countNonZero(map.depth != portable.depth), 0) << InstructionSetName(version);
     EXPECT_EQ(cv::countNonZero(map.error != portable.error), 0) << InstructionSetName(version);
   }
@@ -93,7 +90,7 @@ TEST(DepthSweep, EveryKernelGivesTheSameMap) {
 TEST(DepthSweep, WorkingMemoryKeepsNothingOfTheLastPhoto) {
   const Wall wall, other{12, -0.2};
   const DepthPhoto photo = wall.Photo(PoseAt({0, 0, 0})), neighbour = wall.Photo(kAround[0]);
-  DepthSweep sweep{DepthOptions{}};
+  DepthSweep sweep;
   const DepthMap first = *sweep.Estimate(photo, {&neighbour}, kRange);
   const DepthPhoto a = other.Photo(PoseAt({0, 0, 0})), b = other.Photo(kAround[1]);
   sweep.Estimate(a, {&b, &b}, {3, 40});
@@ -111,7 +108,7 @@ TEST(DepthSweep, NoiseIsAllHolesAfterTheCheck) {
     photos.push_back(Wall().Photo(pose));
     random.fill(photos.back().grey, cv::RNG::UNIFORM, 100, 140);
   }
-  DepthSweep sweep{DepthOptions{}};
+  DepthSweep sweep;
   std::vector<DepthMap> maps;
   for (int i = 0; i < 3; ++i) {
     maps.push_back(
@@ -139,7 +136,7 @@ TEST(DepthSweep, WhatThePhotoDoesNotShowIsAHole) {
   photo.valid = cv::Mat1b(photo.grey.size(), 255);
   photo.valid.colRange(0, 80) = 0;
   const DepthPhoto neighbour = Wall().Photo(kAround[0]);
-  const DepthMap map = *DepthSweep(DepthOptions{}).Estimate(photo, {&neighbour}, kRange);
+  const DepthMap map = *DepthSweep().Estimate(photo, {&neighbour}, kRange);
   EXPECT_EQ(cv::countNonZero(map.depth.colRange(0, 80)), 0);
   EXPECT_GT(cv::countNonZero(map.depth.colRange(80, 160)), 2000);
 }
@@ -149,20 +146,20 @@ TEST(DepthSweep, APhotoOfOnePixelIsAHole) {
       cv::Mat1b(1, 1, uint8_t{7}), {}, {1, 1, {150, 150}, {0.5, 0.5}}, PoseAt({0, 0, 0})};
   DepthPhoto neighbour = photo;
   neighbour.cam_from_world = PoseAt({2, 0, 0});
-  EXPECT_EQ(DepthSweep(DepthOptions{}).Estimate(photo, {&neighbour}, kRange)->Completeness(), 0);
+  EXPECT_EQ(DepthSweep().Estimate(photo, {&neighbour}, kRange)->Completeness(), 0);
 }
 
 TEST(DepthSweep, StopsWhenAsked) {
   const DepthPhoto photo = Wall().Photo(PoseAt({0, 0, 0})), neighbour = Wall().Photo(kAround[0]);
   int asked = 0;
   const auto stop = [&] { return ++asked == 20; };
-  EXPECT_FALSE(DepthSweep(DepthOptions{}).Estimate(photo, {&neighbour}, kRange, stop));
+  EXPECT_FALSE(DepthSweep().Estimate(photo, {&neighbour}, kRange, stop));
   EXPECT_EQ(asked, 20);
 }
 
 TEST(DepthSweep, RefusesUnsoundInput) {
   const DepthPhoto photo = Wall().Photo(PoseAt({0, 0, 0}));
-  DepthSweep sweep{DepthOptions{}};
+  DepthSweep sweep;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const DepthRange& range :
        {DepthRange{0, 1}, DepthRange{2, 1}, DepthRange{1, nan}, DepthRange{nan, 1}}) {

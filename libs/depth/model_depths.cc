@@ -30,12 +30,11 @@ Status ReadPhotos(const DepthScene& scene, int size_px, const ScenePhoto& photo,
 }
 
 // As many as have room for their sweeps.
-int NumSweepThreads(const std::vector<DepthPhoto>& photos, const ModelDepthOptions& options) {
+int NumSweepThreads(const std::vector<DepthPhoto>& photos) {
   int64_t most = 1;
   for (const DepthPhoto& photo : photos) {
-    most = std::max(
-        most, DepthSweepBytes(photo.camera.width, photo.camera.height, options.sweep.max_steps,
-                              static_cast<int>(options.num_matched)));
+    most = std::max(most, DepthSweepBytes(photo.camera.width, photo.camera.height, kMaxSweepSteps,
+                                          kNumMatched));
   }
   return static_cast<int>(std::clamp<int64_t>(kSweepBytes / most, 1, NumHardwareThreads()));
 }
@@ -47,14 +46,13 @@ std::vector<const DepthMap*> MapsOf(const std::vector<DepthMap>& maps,
   return chosen;
 }
 
-std::vector<DepthMap> SweepAll(const DepthInput& input, const ModelDepthOptions& options,
-                               const std::function<void()>& on_photo) {
+std::vector<DepthMap> SweepAll(const DepthInput& input, const std::function<void()>& on_photo) {
   std::vector<DepthMap> maps(input.photos.size());
   std::atomic<size_t> next{0};
-  RunOnThreads(NumSweepThreads(input.photos, options), [&](int) {
-    DepthSweep sweep(options.sweep);
+  RunOnThreads(NumSweepThreads(input.photos), [&](int) {
+    DepthSweep sweep;
     for (size_t i = next++; i < maps.size(); i = next++) {
-      maps[i] = SweepPhoto(input, i, options.num_matched, &sweep);
+      maps[i] = SweepPhoto(input, i, &sweep);
       on_photo();
     }
   });
@@ -75,16 +73,15 @@ std::vector<std::vector<int>> DepthInput::Confirming() const {
   return confirming;
 }
 
-Result<DepthInput> ReadDepthInput(const DepthScene& scene, const ModelDepthOptions& options,
-                                  const ScenePhoto& photo) {
+Result<DepthInput> ReadDepthInput(const DepthScene& scene, int size_px, const ScenePhoto& photo) {
   DepthInput input;
-  if (Status status = ReadPhotos(scene, options.size_px, photo, &input); !status.ok()) {
+  if (Status status = ReadPhotos(scene, size_px, photo, &input); !status.ok()) {
     return status;
   }
   input.neighbours.resize(scene.photos.size());
   ForEachOnThreads(NumHardwareThreads(), scene.photos.size(), [&](size_t i) {
     input.neighbours[i] =
-        ChooseNeighbours(scene.photos, scene.points, static_cast<int>(i), options.num_confirming);
+        ChooseNeighbours(scene.photos, scene.points, static_cast<int>(i), kNumConfirming);
   });
   for (const SparsePhoto& sparse : scene.photos) {
     input.ranges.push_back(RangeOfPoints(sparse, scene.points));
@@ -92,10 +89,10 @@ Result<DepthInput> ReadDepthInput(const DepthScene& scene, const ModelDepthOptio
   return input;
 }
 
-DepthMap SweepPhoto(const DepthInput& input, size_t index, size_t num_matched, DepthSweep* sweep) {
+DepthMap SweepPhoto(const DepthInput& input, size_t index, DepthSweep* sweep) {
   std::vector<const DepthPhoto*> matched;
   for (const int other : input.neighbours[index]) {
-    if (matched.size() < num_matched) matched.push_back(&input.photos[other]);
+    if (matched.size() < kNumMatched) matched.push_back(&input.photos[other]);
   }
   // Without neighbours all pixels are holes, whatever the range.
   const std::optional<DepthRange>& range = input.ranges[index];
@@ -125,12 +122,11 @@ std::vector<std::vector<DensePoint>> ModelDepths::Points() const {
   return points;
 }
 
-Result<ModelDepths> MakeModelDepths(const DepthScene& scene, const ModelDepthOptions& options,
-                                    const ScenePhoto& photo,
+Result<ModelDepths> MakeModelDepths(const DepthScene& scene, int size_px, const ScenePhoto& photo,
                                     const std::function<void()>& on_photo) {
-  Result<DepthInput> input = ReadDepthInput(scene, options, photo);
+  Result<DepthInput> input = ReadDepthInput(scene, size_px, photo);
   if (!input.ok()) return input.status();
-  const std::vector<DepthMap> maps = SweepAll(*input, options, on_photo);
+  const std::vector<DepthMap> maps = SweepAll(*input, on_photo);
   input->photos.clear();
   std::vector<std::vector<int>> confirming = input->Confirming();
   std::vector<DepthMap> agreed = AgreedMaps(maps, confirming);

@@ -16,13 +16,6 @@
 
 namespace skein {
 
-struct ModelDepthOptions {
-  int size_px = 800;  // longer side of a depth map; a smaller photo keeps its own
-  size_t num_matched = kNumMatched;
-  size_t num_confirming = kNumConfirming;
-  DepthOptions sweep;
-};
-
 // Photo i of a scene, 8-bit BGR, of its lens' size. Valid until the next call.
 using ScenePhoto = std::function<Result<cv::Mat3b>(size_t i)>;
 
@@ -38,12 +31,12 @@ struct DepthInput {
   std::vector<std::vector<int>> Confirming() const;
 };
 
-// Error: a photo cannot be read. Throws std::invalid_argument for a photo of another size.
-Result<DepthInput> ReadDepthInput(const DepthScene& scene, const ModelDepthOptions& options,
-                                  const ScenePhoto& photo);
+// size_px: longer side of a depth map; a smaller photo keeps its own. Error: a photo cannot be
+// read. Throws std::invalid_argument for a photo of another size.
+Result<DepthInput> ReadDepthInput(const DepthScene& scene, int size_px, const ScenePhoto& photo);
 
-// The map of photo `index`, matched with its first `num_matched` neighbours.
-DepthMap SweepPhoto(const DepthInput& input, size_t index, size_t num_matched, DepthSweep* sweep);
+// The map of photo `index`, matched with its first kNumMatched neighbours.
+DepthMap SweepPhoto(const DepthInput& input, size_t index, DepthSweep* sweep);
 
 // KeepAgreed (consistency.h) of each map with those that `confirming` names, on all cores.
 std::vector<DepthMap> AgreedMaps(const std::vector<DepthMap>& maps,
@@ -62,7 +55,7 @@ struct ModelDepths {
 
 // All of the above, on all cores. Takes 19 bytes a pixel of all depth maps, and up to 2 GiB for the
 // sweeps. on_photo: after each photo, from any thread. Errors: as ReadDepthInput.
-Result<ModelDepths> MakeModelDepths(const DepthScene& scene, const ModelDepthOptions& options,
-                                    const ScenePhoto& photo, const std::function<void()>& on_photo);
+Result<ModelDepths> MakeModelDepths(const DepthScene& scene, int size_px, const ScenePhoto& photo,
+                                    const std::function<void()>& on_photo);
 
 }  // namespace skein

@@ -11,6 +11,8 @@
 namespace skein::depth_test {
 namespace {
 
+constexpr int kSizePx = 800;
+
 LensCamera WallLens() {
   const DepthCamera camera = WallCamera();
   return {camera.width, camera.height, camera.focal_px, camera.principal_point_px,
@@ -51,8 +53,7 @@ const std::vector<DepthPose> kFour = {PoseAt({0, 0, 0}), PoseAt({1.2, 0, 0}), Po
 TEST(ModelDepths, PhotosOfAWallAgreeOnIt) {
   const DepthScene scene = WallScene(kFour);
   std::atomic<int> count{0};
-  const auto depths =
-      MakeModelDepths(scene, ModelDepthOptions(), PhotosOf(scene), [&] { ++count; });
+  const auto depths = MakeModelDepths(scene, kSizePx, PhotosOf(scene), [&] { ++count; });
   ASSERT_TRUE(depths.ok()) << depths.error();
   EXPECT_EQ(count, 4);
   ASSERT_EQ(depths->maps.size(), kFour.size());
@@ -73,7 +74,7 @@ TEST(ModelDepths, MapsConfirmEachOtherBothWays) {
 TEST(ModelDepths, APhotoThatCannotBeReadIsTold) {
   const DepthScene scene = WallScene(kFour);
   const auto depths = MakeModelDepths(
-      scene, ModelDepthOptions(),
+      scene, kSizePx,
       [](size_t i) -> Result<cv::Mat3b> { return NotFound("no photo " + std::to_string(i)); },
       [] {});
   EXPECT_EQ(depths.error(), "no photo 0");
@@ -81,7 +82,7 @@ TEST(ModelDepths, APhotoThatCannotBeReadIsTold) {
 
 TEST(ModelDepths, APhotoWithoutNeighboursHasHolesAlone) {
   const DepthScene scene = WallScene({kFour[0]});
-  const auto depths = MakeModelDepths(scene, ModelDepthOptions(), PhotosOf(scene), [] {});
+  const auto depths = MakeModelDepths(scene, kSizePx, PhotosOf(scene), [] {});
   ASSERT_TRUE(depths.ok()) << depths.error();
   EXPECT_EQ(MeanCompleteness(depths->maps), 0);
 }

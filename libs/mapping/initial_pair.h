@@ -7,7 +7,7 @@
 namespace skein {
 
 struct InitialPairOptions {
-  int min_num_inliers = 100;
+  int min_num_inliers = limits::kMinSeedInliers;
   double min_triangulation_angle_deg =
       limits::kInitialAnglesDeg[0];  // median; the caller relaxes it stepwise
 

@@ -91,7 +91,9 @@ Result<LoadedPhoto> Publisher::Load(const std::function<Result<Bytes>()>& read) 
 }
 
 void Publisher::OnRead(const std::string& name, const Result<LoadedPhoto>& loaded) {
-  if (!loaded.ok()) return Finish(name, image_ack_t::REFUSED, loaded.error());
+  if (!loaded.ok()) {
+    return Finish({name, "", image_ack_t::REFUSED, failure_t::OTHER, loaded.error()});
+  }
   Offered& offered = offered_.at(name);
   offered.offer.size_bytes = static_cast<int64_t>(loaded->bytes->size());
   offered.offer.blob_id = loaded->blob_id;
@@ -112,13 +114,12 @@ void Publisher::OnAck(const image_ack_t& ack) {
   node_.blobs().Release(ack.blob_id);
   if (node_.shares_folder()) node_.blobs().Release(ack.blob_id);  // held twice on a full disk
   wait_reason_.clear();
-  Finish(ack.name, ack.status, ack.reason);
+  Finish({ack.name, ack.blob_id, ack.status, ack.cause, ack.reason});
 }
 
-void Publisher::Finish(const std::string& name, int8_t status, const std::string& reason) {
-  const std::string blob_id = offered_.at(name).offer.blob_id;
-  offered_.erase(name);
-  on_published_({name, blob_id, status, reason});
+void Publisher::Finish(const PublishedPhoto& photo) {
+  offered_.erase(photo.name);
+  on_published_(photo);
   Tick();
 }
 

@@ -38,6 +38,7 @@ struct PublishedPhoto {
   std::string name;
   std::string blob_id;  // "": it could not be read
   int8_t status = 0;    // image_ack_t's STORED, DUPLICATE or REFUSED
+  int8_t cause = 0;     // of REFUSED: failure_t's
   std::string reason;
 };
 
@@ -78,7 +79,7 @@ class Publisher {
   Result<LoadedPhoto> Load(const std::function<Result<Bytes>()>& read) const;
   void OnRead(const std::string& name, const Result<LoadedPhoto>& loaded);
   void OnAck(const image_ack_t& ack);
-  void Finish(const std::string& name, int8_t status, const std::string& reason);
+  void Finish(const PublishedPhoto& photo);
 
   Node& node_;
   const PublisherOptions options_;

@@ -50,12 +50,14 @@ class PublisherTest : public testing::Test {
     most_open_ = std::max(most_open_, open_.size());
     if (on_offer_) on_offer_(offer);
   }
-  void Ack(const image_offer_t& offer, int8_t status, const std::string& reason = "") {
+  void Ack(const image_offer_t& offer, int8_t status, const std::string& reason = "",
+           int8_t cause = failure_t::OTHER) {
     image_ack_t ack{};
     ack.agent = offer.agent;
     ack.name = offer.name;
     ack.blob_id = offer.blob_id;
     ack.status = status;
+    ack.cause = cause;
     ack.reason = reason;
     if (status != image_ack_t::WAIT) open_.erase(offer.name);
     ingest_.Publish(kImageAckChannel, ack);
@@ -129,7 +131,7 @@ TEST_F(PublisherTest, TellsWhatBecameOfEachPhoto) {
   on_offer_ = [&](const image_offer_t& offer) {
     if (offer.name == "0.jpg") return Ack(offer, image_ack_t::STORED);
     if (offer.name == "1.jpg") return Ack(offer, image_ack_t::DUPLICATE);
-    Ack(offer, image_ack_t::REFUSED, "no JPEG");
+    Ack(offer, image_ack_t::REFUSED, "no JPEG", failure_t::UNREADABLE);
   };
   Start();
   publisher_->Add(Photos(3));
@@ -141,6 +143,7 @@ TEST_F(PublisherTest, TellsWhatBecameOfEachPhoto) {
   EXPECT_EQ(by_name["1.jpg"].status, +image_ack_t::DUPLICATE);
   EXPECT_EQ(by_name["2.jpg"].status, +image_ack_t::REFUSED);
   EXPECT_EQ(by_name["2.jpg"].reason, "no JPEG");
+  EXPECT_EQ(by_name["2.jpg"].cause, +failure_t::UNREADABLE);
 }
 
 TEST_F(PublisherTest, RepeatsAnOfferUntilItIsDecided) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "photo/heif.h"
+
 namespace skein {
 namespace {
 
@@ -56,6 +58,20 @@ Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits) {
                              " compressed texts");
   }
   return header;
+}
+
+PhotoFault FaultOf(StatusCode error, ByteView bytes) {
+  switch (error) {
+    case StatusCode::kDataLoss:
+      return PhotoFault::kUnreadable;
+    case StatusCode::kResourceExhausted:
+      return PhotoFault::kTooLarge;
+    case StatusCode::kInvalidArgument:
+      if (HeifName(bytes) != nullptr) return PhotoFault::kPhoneFormat;
+      return ReadPhotoHeader(bytes).ok() ? PhotoFault::kTooSmall : PhotoFault::kUnreadable;
+    default:
+      return PhotoFault::kOther;
+  }
 }
 
 FocalPrior ChooseFocal(const CheckedPhoto& photo, double offered_focal_px) {

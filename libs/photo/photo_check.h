@@ -42,6 +42,18 @@ struct CheckedPhoto {
 // texts: all before anything is decoded. An error is the reason that the agent gets.
 Result<PhotoHeader> CheckHeader(ByteView bytes, const PhotoLimits& limits);
 
+// Kinds of refusals that a photographer can do something about. The numbers are failure_t's.
+enum class PhotoFault {
+  kOther = 0,
+  kUnreadable = 1,   // damaged, or no JPEG, PNG or TIFF
+  kPhoneFormat = 2,  // HEIC or AVIF
+  kTooSmall = 3,
+  kTooLarge = 4,
+};
+
+// Kind of the error that CheckHeader or PhotoDecoder::Check gave for `bytes`.
+PhotoFault FaultOf(StatusCode error, ByteView bytes);
+
 struct FocalPrior {
   double focal_px = 0;
   bool from_exif = false;

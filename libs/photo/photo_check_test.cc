@@ -34,6 +34,29 @@ TEST(PhotoHeader, CountsTheScansOfAJpeg) {
   }
 }
 
+PhotoFault FaultOfFile(const Bytes& file, const PhotoLimits& limits = {}) {
+  return FaultOf(CheckHeader(file, limits).code(), file);
+}
+
+TEST(PhotoCheck, TellsTheKindOfARefusal) {
+  const Bytes jpeg = JpegWithScans(1);  // 100 x 100
+  PhotoLimits limits;
+  limits.min_side_px = 200;
+  EXPECT_EQ(FaultOfFile(jpeg, limits), PhotoFault::kTooSmall);
+  limits = {};
+  limits.max_pixels = 5000;
+  EXPECT_EQ(FaultOfFile(jpeg, limits), PhotoFault::kTooLarge);
+  limits = {};
+  limits.max_bytes = 10;
+  EXPECT_EQ(FaultOfFile(jpeg, limits), PhotoFault::kTooLarge);
+  EXPECT_EQ(FaultOfFile({}), PhotoFault::kUnreadable);
+  EXPECT_EQ(FaultOfFile(Bytes(jpeg.begin(), jpeg.begin() + 20)), PhotoFault::kUnreadable);
+  EXPECT_EQ(FaultOfFile({'h', 'e', 'l', 'l', 'o'}), PhotoFault::kUnreadable);
+  const Bytes heic = {0, 0, 0, 16, 'f', 't', 'y', 'p', 'h', 'e', 'i', 'c', 0, 0, 0, 0};
+  EXPECT_EQ(FaultOfFile(heic), PhotoFault::kPhoneFormat);
+  EXPECT_EQ(FaultOf(StatusCode::kInternal, jpeg), PhotoFault::kOther);
+}
+
 TEST(PhotoCheck, RefusesAJpegWithFarTooManyScans) {
   EXPECT_TRUE(CheckHeader(JpegWithScans(kMaxJpegScans), PhotoLimits()).ok());
   const auto header = CheckHeader(JpegWithScans(kMaxJpegScans + 1), PhotoLimits());

@@ -5,6 +5,9 @@
 #include <optional>
 #include <vector>
 
+#include "core/angles.h"
+#include "core/limits.h"
+
 namespace skein {
 namespace {
 
@@ -20,11 +23,6 @@ constexpr float kBlurred = 0.45F;
 // Of a photo that shows a thing in front of nothing; the same sets have 0.6 and more.
 constexpr float kBareCoverage = 0.35F;
 constexpr int kBareKeypoints = 300;
-// limits::kMinPoseInliers and kMinSeedInliers of SeedPolicy: a photo is registered from the first
-// number of inliers on, a map begins with the second.
-constexpr int kNeededInliers = 30, kSeedInliers = 100;
-// COLMAP triangulates no point below 1.5 degrees: a step of a fortieth of the distance.
-constexpr float kParallaxRad = 0.026F;
 
 std::string Percent(float share) { return std::to_string(std::lround(100 * share)) + " %"; }
 
@@ -40,7 +38,10 @@ Diagnosis Waiting(const std::string& what) { return Of(Cause::kWaiting, what, ""
 
 std::optional<Diagnosis> InWork(const PhotoState& photo) {
   if (photo.failed()) {
-    return Of(Cause::kFailed, photo.failed_reason, "shoot it again, or send it again as a JPEG");
+    Diagnosis failed =
+        Of(Cause::kFailed, photo.failed_reason, "shoot it again, or send it again as a JPEG");
+    failed.reason = photo.failed_reason;
+    return failed;
   }
   if (photo.features_seq == 0) return Waiting("waits for its features");
   if (photo.features.num_keypoints == 0) return std::nullopt;  // it is compared with nothing
@@ -85,7 +86,7 @@ Diagnosis WithoutOverlap(const PhotoState& photo) {
 template <class Predicate>
 bool AllStrong(const std::vector<Edge>& edges, Predicate predicate) {
   return std::all_of(edges.begin(), edges.end(), [&](const Edge& edge) {
-    return edge.num_inliers < kNeededInliers || predicate(edge);
+    return edge.num_inliers < limits::kMinPoseInliers || predicate(edge);
   });
 }
 
@@ -94,7 +95,8 @@ std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t imag
                                     const std::string& best) {
   const std::vector<Edge>& edges = graph.EdgesOf(image_id);
   if (AllStrong(edges, [&](const Edge& e) {
-        return e.tri_angle_rad < kParallaxRad || graph.IsOfOneSpot(image_id, e);
+        return e.tri_angle_rad < DegToRad(limits::kMinTriangulationAngleDeg) ||
+               graph.IsOfOneSpot(image_id, e);
       })) {
     return Of(Cause::kRotationOnly, "taken from the same spot as all photos that overlap it",
               "take a step sideways, a tenth of the distance to what " + best +
@@ -112,7 +114,7 @@ std::optional<Diagnosis> BeforeItsTurn(const SessionState& state, const PhotoSta
                                        int num_inliers, bool is_linked) {
   if (photo.matches_seq <= state.finish().settled_seq) return std::nullopt;
   if (is_linked) return Waiting("waits for its map to try it");
-  if (num_inliers >= kSeedInliers) return Waiting("waits for a map to begin with it");
+  if (num_inliers >= limits::kMinSeedInliers) return Waiting("waits for a map to begin with it");
   return std::nullopt;
 }
 
@@ -134,12 +136,13 @@ Diagnosis InTheMap(const SubmapLife::Photo* trial, int num_inliers, const std::s
     default:
       break;
   }
-  const std::string needed = " of " + std::to_string(kNeededInliers) + " inliers with ";
+  const std::string needed = " of " + std::to_string(limits::kMinPoseInliers) + " inliers with ";
   const std::string inliers = std::to_string(num_inliers);
   return Of(Cause::kWeakOverlap,
-            num_inliers < kNeededInliers ? inliers + needed + best
-                                         : text("no map holds a photo that overlaps it") +
-                                               "; best link: " + inliers + " inliers with " + best,
+            num_inliers < limits::kMinPoseInliers
+                ? inliers + needed + best
+                : text("no map holds a photo that overlaps it") + "; best link: " + inliers +
+                      " inliers with " + best,
             "go halfway towards where " + best + " was taken, and shoot again");
 }
 
@@ -181,6 +184,21 @@ const char* CauseName(Diagnosis::Cause cause) {
   return "";
 }
 
+const char* TrialCauseName(int8_t registration_cause) {
+  switch (registration_cause) {
+    case registration_t::FEW_COMMON_POINTS:
+      return CauseName(Cause::kWeakOverlap);
+    case registration_t::SIMILAR_PLACE:
+      return CauseName(Cause::kSimilarPlace);
+    case registration_t::CONTRADICTED:
+      return CauseName(Cause::kContradicted);
+    case registration_t::CAMERA:
+      return CauseName(Cause::kCamera);
+    default:
+      return "other";
+  }
+}
+
 Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
   if (const auto in_work = InWork(photo)) return *in_work;
   if (const auto in_photo = InThePhoto(photo.features)) return *in_photo;
@@ -192,19 +210,20 @@ Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
   if (best == edges.end()) return WithoutOverlap(photo);
   const SubmapLife::Photo* trial = state.FindTrial(id);
   const bool is_linked = std::any_of(edges.begin(), edges.end(), [&](const Edge& edge) {
-    return edge.num_inliers >= kNeededInliers && state.IsRegistered(edge.other_id);
+    return edge.num_inliers >= limits::kMinPoseInliers && state.IsRegistered(edge.other_id);
   });
   const std::string other = state.NameOf(best->other_id);
   std::optional<Diagnosis> diagnosis;
   if (trial == nullptr && state.finish().is_cut()) {
     diagnosis = Of(Cause::kNotInTime, "not tried in time", "finish again, with more time");
-  } else if (!is_linked && best->num_inliers >= kNeededInliers) {
+  } else if (!is_linked && best->num_inliers >= limits::kMinPoseInliers) {
     diagnosis = InItsPairs(state.covisibility(), id, other);
   }
   if (!diagnosis && trial == nullptr) {
     diagnosis = BeforeItsTurn(state, photo, best->num_inliers, is_linked);
   }
   if (!diagnosis) diagnosis = InTheMap(trial, best->num_inliers, other);
+  if (trial != nullptr) diagnosis->reason = trial->reason;
   diagnosis->num_inliers = best->num_inliers;
   diagnosis->best_other_id = best->other_id;
   return *diagnosis;

@@ -29,6 +29,7 @@ struct Diagnosis {
   Cause cause = Cause::kWaiting;
   std::string what;           // with numbers: "12 of 30 inliers with alice/0031.jpg"
   std::string remedy;         // advice for the photographer; "" if waiting helps
+  std::string reason;         // of the stage or submap that refused the photo; "": none did
   int32_t num_inliers = 0;    // of its best verified pair, or with the map; 0: none
   int64_t best_other_id = 0;  // the photo of that pair; 0: none
 
@@ -38,9 +39,13 @@ struct Diagnosis {
 
 const char* CauseName(Diagnosis::Cause cause);  // "weak overlap"
 
+// CauseName of what a submap said of a photo, by registration_t's cause; "other" for OTHER.
+const char* TrialCauseName(int8_t registration_cause);
+
 // Cause and remedy for a photo that is registered nowhere. The cause that stands nearest to the
 // camera is told first: light, blur, texture, overlap, geometry, the map. A pure function of the
-// facts; thresholds are absolute, and stand in the source.
+// facts; limits of geometry are those of core/limits.h, limits of light and blur stand in the
+// source.
 Diagnosis Diagnose(const SessionState& state, const PhotoState& photo);
 
 }  // namespace skein

@@ -169,6 +169,19 @@ TEST_F(DiagnosisTest, WhatAStageSaysOfItStands) {
   ledger_.Commit(failure);
   EXPECT_EQ(Get().cause, Cause::kFailed);
   EXPECT_EQ(Get().what, "cannot decode");
+  EXPECT_EQ(Get().reason, "cannot decode");
+}
+
+TEST_F(DiagnosisTest, WhatASubmapSaysHasTheNameOfItsDiagnosis) {
+  ledger_.Describe(2, 1);
+  ledger_.Matches(2, {Pair(200, kCalibrated, 0.1F)});
+  for (const int8_t cause : {registration_t::FEW_COMMON_POINTS, registration_t::SIMILAR_PLACE,
+                             registration_t::CONTRADICTED, registration_t::CAMERA}) {
+    Try(cause, "reason");
+    EXPECT_STREQ(TrialCauseName(cause), CauseName(Get().cause));
+    EXPECT_EQ(Get().reason, "reason");
+  }
+  EXPECT_STREQ(TrialCauseName(registration_t::OTHER), "other");
 }
 
 // A message's constants are this enum's.

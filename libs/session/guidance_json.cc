@@ -51,8 +51,8 @@ completeness_t PlaceOf(const json& place) {
 
 json StationJson(const station_t& station) {
   json pose = json::array();
-  for (const float value : station.qvec) pose.push_back(value);
-  for (const float value : station.tvec) pose.push_back(value);
+  for (const float value : station.cam_from_world_qwxyz) pose.push_back(value);
+  for (const float value : station.cam_from_world_xyz) pose.push_back(value);
   return {{"pose", std::move(pose)},
           {"target", {station.target[0], station.target[1], station.target[2]}},
           {"gain", station.gain},

@@ -38,4 +38,21 @@ const char* FinishStateName(int8_t state) {
   }
 }
 
+const char* FailureCauseName(int8_t cause) {
+  switch (cause) {
+    case failure_t::UNREADABLE:
+      return "unreadable";
+    case failure_t::PHONE_FORMAT:
+      return "phone format";
+    case failure_t::TOO_SMALL:
+      return "too small";
+    case failure_t::TOO_LARGE:
+      return "too large";
+    case failure_t::VANISHED:
+      return "vanished";
+    default:
+      return "failed";
+  }
+}
+
 }  // namespace skein

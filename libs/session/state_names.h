@@ -1,4 +1,4 @@
-// Names of facts' states in reports, events and status.
+// Names of facts' states and causes in reports, events and status.
 #pragma once
 
 #include <cstdint>
@@ -9,5 +9,7 @@ namespace skein {
 const char* MergeStateName(int8_t state);
 // "requested", "drained", ...: finish_t's states.
 const char* FinishStateName(int8_t state);
+// "unreadable", "vanished", ...: failure_t's causes; "failed" for OTHER.
+const char* FailureCauseName(int8_t cause);
 
 }  // namespace skein

@@ -15,8 +15,8 @@ constexpr int64_t kMaxDenseManifestBytes = 64 << 20;
 
 }  // namespace
 
-DenseFollower::DenseFollower(Node& node, DenseStore& store, DenseFollowerOptions options)
-    : node_(node), store_(store), options_(std::move(options)) {
+DenseFollower::DenseFollower(Node& node, DenseStore& store, IsLive is_live, OnPoints on_points)
+    : node_(node), store_(store), is_live_(std::move(is_live)), on_points_(std::move(on_points)) {
   subscription_ = node_.bus().Subscribe(
       kDensePointsChannel, [this](const dense_points_t& message) { OnMessage(message); });
 }
@@ -32,7 +32,7 @@ void DenseFollower::OnMessage(const dense_points_t& message) {
   const int64_t id = message.submap_id;
   const DensePointsPtr known = store_.Find(id);
   const bool is_known = known != nullptr && known->manifest_blob == message.manifest_blob;
-  if (is_known || !options_.is_live(id)) return;
+  if (is_known || !is_live_(id)) return;
   if (message.manifest_bytes < 0 || message.manifest_bytes > kMaxDenseManifestBytes) {
     return LogWarn("submap {}: a list of dense points of {} bytes is not taken", id,
                    message.manifest_bytes);
@@ -69,7 +69,7 @@ void DenseFollower::Drop(int64_t submap_id) {
 
 void DenseFollower::OnManifest(const dense_points_t& message, const Result<Bytes>& bytes) {
   pulls_.erase(message.submap_id);
-  if (!options_.is_live(message.submap_id)) return;
+  if (!is_live_(message.submap_id)) return;
   Status status = bytes.ok() ? Status::Ok() : bytes.status();
   if (status.ok()) {
     Result<DenseManifest> manifest = DecodeDenseManifest(*bytes);
@@ -78,7 +78,7 @@ void DenseFollower::OnManifest(const dense_points_t& message, const Result<Bytes
       const auto points = std::make_shared<const DensePoints>(
           DensePoints{message.author, message.manifest_blob, last_version_, *std::move(manifest)});
       store_.Set(message.submap_id, points);
-      return options_.on_points(message.submap_id, *points);
+      return on_points_(message.submap_id, *points);
     }
     status = manifest.ok() ? DataLoss("of another version") : manifest.status();
   }

@@ -13,19 +13,16 @@
 
 namespace skein {
 
-struct DenseFollowerOptions {
-  // Loop's thread.
-  std::function<bool(int64_t submap_id)> is_live;
-  // Called when the store has other points of that submap.
-  std::function<void(int64_t submap_id, const DensePoints& points)> on_points;
-};
-
 // Keeps the newest manifest of each live submap in `store`. One pull a submap at a time; a pull of
 // which nothing comes for 10 s gives way to the manifest that is published then. Loop's thread
 // only.
 class DenseFollower {
  public:
-  DenseFollower(Node& node, DenseStore& store, DenseFollowerOptions options);
+  using IsLive = std::function<bool(int64_t submap_id)>;
+  // The store has other points of that submap.
+  using OnPoints = std::function<void(int64_t submap_id, const DensePoints& points)>;
+
+  DenseFollower(Node& node, DenseStore& store, IsLive is_live, OnPoints on_points);
   ~DenseFollower();
   DenseFollower(const DenseFollower&) = delete;
   DenseFollower& operator=(const DenseFollower&) = delete;
@@ -46,7 +43,8 @@ class DenseFollower {
 
   Node& node_;
   DenseStore& store_;
-  const DenseFollowerOptions options_;
+  const IsLive is_live_;
+  const OnPoints on_points_;
   std::map<int64_t, Pull> pulls_;  // by submap
   uint64_t last_version_ = 0;
   Bus::SubscriptionId subscription_ = 0;

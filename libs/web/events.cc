@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "session/diagnosis.h"
 #include "session/state_names.h"
 
 namespace skein {
@@ -110,6 +111,8 @@ struct EventMaker {
                   {"s", Figure(fact.total_s)}});
     if (fact.state == registration_t::REGISTERED) {
       event["pose"] = Pose(fact.cam_from_world_qwxyz, fact.cam_from_world_xyz);
+    } else {
+      event["cause"] = TrialCauseName(fact.cause);
     }
     return event;
   }
@@ -160,6 +163,7 @@ struct EventMaker {
                   {"agent", fact.agent},
                   {"name", fact.name},
                   {"stage", fact.stage},
+                  {"cause", FailureCauseName(fact.cause)},
                   {"reason", fact.reason},
                   {"parked", fact.parked != 0}});
     return event;

@@ -161,6 +161,19 @@ TEST(Events, NumbersThatAreNoneBecomeZero) {
   EXPECT_EQ(EventOfFact(fact)["pose"][4], 0.0);
 }
 
+TEST(Events, RefusalsTellTheirCause) {
+  registration_t deferred{};
+  deferred.state = registration_t::DEFERRED;
+  deferred.cause = registration_t::FEW_COMMON_POINTS;
+  EXPECT_EQ(EventOfFact(deferred)["cause"], "weak overlap");
+  deferred.cause = registration_t::OTHER;
+  EXPECT_EQ(EventOfFact(deferred)["cause"], "other");
+  failure_t failure{};
+  EXPECT_EQ(EventOfFact(failure)["cause"], "failed");
+  failure.cause = failure_t::PHONE_FORMAT;
+  EXPECT_EQ(EventOfFact(failure)["cause"], "phone format");
+}
+
 TEST(Events, TextsCannotBreakTheJson) {
   failure_t failure{};
   failure.reason = "\"}\n\x01 <script>";

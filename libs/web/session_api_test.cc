@@ -454,9 +454,10 @@ TEST_F(SessionApiTest, NoPhotoIsUnknownBeforeTheLedgerIsRead) {
   has_read_ledger = true;
   EXPECT_EQ(json::parse(ask("POST", states, unknown).text)["states"][0]["state"], "unknown");
   EXPECT_EQ(ask("HEAD", prefix + unknown, "").status, 404);
-  store.Refuse("alice", unknown, "no photo");
+  store.Refuse("alice", unknown, {failure_t::TOO_LARGE, "no photo"});
   const json refused = json::parse(ask("POST", states, unknown).text)["states"][0];
   EXPECT_EQ(refused["state"], "refused");
+  EXPECT_EQ(refused["cause"], "too large");
   EXPECT_EQ(refused["reason"], "no photo");
 }
 

@@ -5,10 +5,10 @@
 #include <nlohmann/json.hpp>
 
 #include "core/statistics.h"
-#include "session/diagnosis.h"
 #include "session/guidance_json.h"
 #include "session/report.h"
 #include "session/state_names.h"
+#include "web/diagnosis_json.h"
 #include "web/events.h"
 
 namespace skein {
@@ -53,10 +53,8 @@ json DiagnosesPart(const SessionState& state) {
     if (state.IsRegistered(photo->first)) continue;
     const Diagnosis diagnosis = Diagnose(state, photo->second);
     if (diagnosis.cause == Diagnosis::Cause::kWaiting) continue;
-    part.push_back({{"image", photo->first},
-                    {"cause", CauseName(diagnosis.cause)},
-                    {"what", diagnosis.what},
-                    {"remedy", diagnosis.remedy}});
+    part.push_back(DiagnosisJson(state, photo->second, diagnosis));
+    part.back()["image"] = photo->first;
   }
   return part;
 }

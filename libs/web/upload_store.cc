@@ -489,23 +489,23 @@ void UploadStore::Remove(const std::string& agent, const std::string& blob_id) {
 }
 
 void UploadStore::Refuse(const std::string& agent, const std::string& blob_id,
-                         const std::string& reason) {
+                         const Refusal& refusal) {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     auto& refusals = refusals_[agent];
-    refusals.emplace_back(blob_id, reason);
+    refusals.emplace_back(blob_id, refusal);
     if (refusals.size() > kMaxRefusals) refusals.pop_front();
   }
   Remove(agent, blob_id);
 }
 
-std::map<std::string, std::string> UploadStore::Refusals(const std::string& agent) const {
+std::map<std::string, UploadStore::Refusal> UploadStore::Refusals(const std::string& agent) const {
   const std::lock_guard<std::mutex> lock(mutex_);
   const auto found = refusals_.find(agent);
-  std::map<std::string, std::string> reasons;
-  if (found == refusals_.end()) return reasons;
-  for (const auto& [blob_id, reason] : found->second) reasons[blob_id] = reason;
-  return reasons;
+  std::map<std::string, Refusal> refusals;
+  if (found == refusals_.end()) return refusals;
+  for (const auto& [blob_id, refusal] : found->second) refusals[blob_id] = refusal;
+  return refusals;
 }
 
 // With the lock; StartDeletes follows without it.

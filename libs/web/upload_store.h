@@ -79,6 +79,11 @@ class UploadStore {
     bool is_stored = false;  // checked and durable
   };
 
+  struct Refusal {
+    int8_t cause = 0;  // failure_t's
+    std::string reason;
+  };
+
   // Runs a job, at once or on another thread.
   using RunJob = std::function<void(std::function<void()>)>;
 
@@ -110,9 +115,9 @@ class UploadStore {
   void Remove(const std::string& agent, const std::string& blob_id);
   // The ledger never will: removed, too, and `Refusals` tells why, of an agent's last
   // kMaxRefusals.
-  void Refuse(const std::string& agent, const std::string& blob_id, const std::string& reason);
+  void Refuse(const std::string& agent, const std::string& blob_id, const Refusal& refusal);
   // By blob.
-  std::map<std::string, std::string> Refusals(const std::string& agent) const;
+  std::map<std::string, Refusal> Refusals(const std::string& agent) const;
 
   // Forgets what rests too long. Blocks nothing.
   void Tick();
@@ -172,9 +177,8 @@ class UploadStore {
   std::set<std::string> deleting_;                   // guarded by mutex_; agents that have a job
   std::map<std::string, double> wanted_s_;           // guarded by mutex_; room, by agent: when
   std::map<std::string, std::string> wait_reasons_;  // guarded by mutex_
-  // By agent: blob and reason, the latest last.
-  std::map<std::string, std::deque<std::pair<std::string, std::string>>>
-      refusals_;                    // guarded by mutex_
+  // By agent: blob and refusal, the latest last. Guarded by mutex_.
+  std::map<std::string, std::deque<std::pair<std::string, Refusal>>> refusals_;
   int64_t next_ticket_ = 1;         // guarded by mutex_
   int64_t next_order_ = 1;          // guarded by mutex_
   std::function<void()> on_whole_;  // guarded by mutex_

@@ -7,8 +7,9 @@
 
 #include "core/hash.h"
 #include "ledger/fact_ids.h"
-#include "session/diagnosis.h"
 #include "session/guidance_json.h"
+#include "session/state_names.h"
+#include "web/diagnosis_json.h"
 #include "web/job_pool.h"
 #include "web/upload_sink.h"
 
@@ -19,6 +20,10 @@ using nlohmann::json;
 
 constexpr size_t kMaxStates = 500;
 
+json Refused(int8_t cause, const std::string& reason) {
+  return {{"state", "refused"}, {"cause", FailureCauseName(cause)}, {"reason", reason}};
+}
+
 // What the ledger says of a photo that an agent sent; null: nothing.
 json LedgerState(const SessionRecord& session, const std::string& agent, const std::string& name,
                  const std::string& blob_id) {
@@ -27,7 +32,7 @@ json LedgerState(const SessionRecord& session, const std::string& agent, const s
     const failure_t* refused =
         session.history.FindFailure(RefusedOfferFactId(agent, name, blob_id));
     if (refused == nullptr) return nullptr;
-    return {{"state", "refused"}, {"reason", refused->reason}};
+    return Refused(refused->cause, refused->reason);
   }
   const int64_t image_id = photo->image.image_id;
   const bool is_own = photo->image.agent == agent;
@@ -40,9 +45,8 @@ json LedgerState(const SessionRecord& session, const std::string& agent, const s
   const Diagnosis diagnosis = Diagnose(session.state, *photo);
   if (diagnosis.cause == Diagnosis::Cause::kWaiting) return state;
   const bool has_failed = diagnosis.cause == Diagnosis::Cause::kFailed;
-  state.update({{"state", has_failed ? "failed" : "unplaced"},
-                {"reason", diagnosis.what},
-                {"remedy", diagnosis.remedy}});
+  state.update(DiagnosisJson(session.state, *photo, diagnosis));
+  state["state"] = has_failed ? "failed" : "unplaced";
   return state;
 }
 
@@ -95,7 +99,7 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
   }
   const std::string& agent = request.visitor.name;
   const bool has_read_ledger = HasReadLedger();
-  const std::map<std::string, std::string> refusals = source_.uploads->Refusals(agent);
+  const std::map<std::string, UploadStore::Refusal> refusals = source_.uploads->Refusals(agent);
   const std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
   const std::string wait_reason = source_.uploads->WaitReason(agent);
   json states = json::array();
@@ -114,7 +118,7 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
     }
     const auto refused = refusals.find(blob_id);
     if (state.is_null() && refused != refusals.end()) {
-      state = {{"state", "refused"}, {"reason", refused->second}};
+      state = Refused(refused->second.cause, refused->second.reason);
     }
     if (state.is_null() && !has_read_ledger) return respond(StillReading());
     states.push_back(state.is_null() ? json({{"state", "unknown"}}) : std::move(state));

@@ -173,7 +173,8 @@ std::optional<DenseMaps::Fit> DenseMaps::FitOf(const DepthMap& map, const Sparse
   return fit;
 }
 
-DenseMaps::DenseMaps(const DenseMapsOptions& options) : options_(options), sweep_(options.depth) {}
+DenseMaps::DenseMaps(int size_px, int64_t max_bytes, std::function<void()> on_progress)
+    : size_px_(size_px), max_bytes_(max_bytes), on_progress_(std::move(on_progress)) {}
 
 DenseMaps::~DenseMaps() = default;
 
@@ -288,7 +289,7 @@ std::optional<DenseTask> DenseMaps::Next() {
     no_task_.insert(photo->first);
   }
   for (auto& [id, photo] : photos_) {
-    options_.on_progress();
+    on_progress_();
     const bool may_change = photo.submap_id != 0 && photo.has_map() && no_task_.count(id) == 0;
     if (!may_change || (!IsOutdated(id, photo) && !FindsBetterNeighbours(id, &photo))) continue;
     no_task_.insert(id);  // one try a shape, whatever comes of it
@@ -310,7 +311,7 @@ bool DenseMaps::IsOutdated(uint32_t image_id, const Photo& photo) const {
 // `camera`: of what the photo has, against the one of now.
 bool DenseMaps::HasMoved(uint32_t image_id, const Photo& photo, const Camera& camera) const {
   const SparseScene& scene = scenes_.at(photo.submap_id);
-  return ShiftPx(camera, scene.CameraOf(scene.Find(image_id)), options_.size_px) > kMaxShiftPx;
+  return ShiftPx(camera, scene.CameraOf(scene.Find(image_id)), size_px_) > kMaxShiftPx;
 }
 
 // Looked at again whenever the submap has grown by a quarter.
@@ -386,7 +387,7 @@ Status DenseMaps::SetPhoto(uint32_t image_id, const cv::Mat3b& image) {
 const PhotoTable& DenseMaps::TableOf(const Camera& camera) {
   const auto [known, is_new] = tables_.try_emplace(camera.CameraId());
   if (is_new || !IsSame(known->second.camera, camera)) {
-    known->second = {camera, std::make_shared<PhotoTable>(LensOf(camera), options_.size_px)};
+    known->second = {camera, std::make_shared<PhotoTable>(LensOf(camera), size_px_)};
   }
   return *known->second.table;
 }
@@ -422,7 +423,7 @@ bool DenseMaps::MakeMap(const DenseTask& task) {
   const auto range = RangeOfPoints(sparse, scene.points());
   if (!range || !photo.has_pixels() || neighbours.size() < kMinNeighbours) return false;
   photo.map = *sweep_.Estimate(photo.pixels, neighbours, *range, [this] {
-    options_.on_progress();
+    on_progress_();
     return false;
   });
   photo.agreed = {};
@@ -495,7 +496,7 @@ void DenseMaps::Publish(uint32_t image_id, const std::vector<DensePoint>& points
 // Points stay: they are what is published.
 void DenseMaps::Forget() {
   int64_t bytes = memory_bytes();
-  while (bytes > options_.memory_bytes) {
+  while (bytes > max_bytes_) {
     Photo* oldest = nullptr;
     for (auto& [id, photo] : photos_) {
       if (photo.bytes() > 0 && (oldest == nullptr || photo.used < oldest->used)) oldest = &photo;

@@ -20,13 +20,6 @@
 
 namespace skein {
 
-struct DenseMapsOptions {
-  int size_px = 400;  // longer side of a depth map
-  int64_t memory_bytes = int64_t{1} << 30;
-  DepthOptions depth;
-  std::function<void()> on_progress = [] {};  // called between parts of a few seconds at most
-};
-
 // The next depth map.
 struct DenseTask {
   uint32_t image_id = 0;
@@ -58,7 +51,9 @@ struct DensePhotoPoints {
 // One thread, but it may be another one for each call.
 class DenseMaps {
  public:
-  explicit DenseMaps(const DenseMapsOptions& options);
+  // on_progress: called between parts of a few seconds at most.
+  DenseMaps(
+      int size_px, int64_t max_bytes, std::function<void()> on_progress = [] {});
   ~DenseMaps();
 
   // The newest shape of a submap, with tracks.
@@ -120,7 +115,9 @@ class DenseMaps {
                Photo* photo);
   void Forget();
 
-  const DenseMapsOptions options_;
+  const int size_px_;        // longer side of a depth map
+  const int64_t max_bytes_;  // of depth maps and their photos
+  const std::function<void()> on_progress_;
   DepthSweep sweep_;
   std::map<int64_t, SparseScene> scenes_;  // by submap
   std::map<uint32_t, Photo> photos_;       // by image

@@ -9,13 +9,11 @@
 
 namespace skein::dense_maps_test {
 
-constexpr int64_t kSubmap = 3;
+constexpr int64_t kSubmap = 3, kEnoughBytes = int64_t{1} << 30;
 
-DenseMapsOptions Options() {
-  DenseMapsOptions options;
-  options.size_px = depth_test::kWallWidth;
-  return options;
-}
+constexpr int64_t kMapBytes = (1 + 3 + 16) * depth_test::kWallWidth * depth_test::kWallHeight;
+
+DenseMaps MapsWithin(int64_t max_bytes) { return {depth_test::kWallWidth, max_bytes}; }
 
 class DenseMapsTest : public testing::Test {
  protected:
@@ -69,7 +67,7 @@ Figures FiguresOf(const std::map<uint32_t, DensePhotoPoints>& photos, const Test
 TEST_F(DenseMapsTest, PointsLieOnTheWallThatPhotosShow) {
   TestWall wall;
   wall.Walk(5);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   EXPECT_EQ(maps.num_waiting(), 5u);
   EXPECT_EQ(Work(wall, &maps), (std::vector<uint32_t>{5, 4, 3, 2, 1}));
@@ -85,7 +83,7 @@ TEST_F(DenseMapsTest, PointsLieOnTheWallThatPhotosShow) {
 TEST_F(DenseMapsTest, AnAdjustmentOfPosesChangesNoChunk) {
   TestWall wall;
   wall.Walk(4);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   Work(wall, &maps);
   const uint64_t changes = maps.changes();
@@ -97,7 +95,7 @@ TEST_F(DenseMapsTest, AnAdjustmentOfPosesChangesNoChunk) {
 TEST_F(DenseMapsTest, AMergeIntoALargerFrameScalesChunks) {
   TestWall wall;
   wall.Walk(4);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   Work(wall, &maps);
   const auto before = maps.PointsOfSubmap(kSubmap);
@@ -119,7 +117,7 @@ TEST_F(DenseMapsTest, AMergeIntoALargerFrameScalesChunks) {
 TEST_F(DenseMapsTest, PhotosOfASubmapThatEndedAreInTheOtherThatHasThem) {
   TestWall wall;
   wall.Walk(4);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap + 1, 1, 2)).ok());
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 2)).ok());
   Work(wall, &maps);
@@ -135,7 +133,7 @@ TEST_F(DenseMapsTest, AMapThatSparsePointsContradictIsMadeAgain) {
   TestWall wall, other({10, -0.3});
   wall.Walk(4);
   other.Walk(4);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   Work(wall, &maps);
   ASSERT_TRUE(maps.Update(*other.MakeShape(kSubmap, 2)).ok());
@@ -147,7 +145,7 @@ TEST_F(DenseMapsTest, AMapThatSparsePointsContradictIsMadeAgain) {
 TEST_F(DenseMapsTest, APhotoThatIsLeftOutIsNobodysNeighbour) {
   TestWall wall;
   wall.Walk(5);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   maps.LeaveOut(3);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   EXPECT_EQ(Work(wall, &maps), (std::vector<uint32_t>{5, 4, 2, 1}));
@@ -158,7 +156,7 @@ TEST_F(DenseMapsTest, APhotoThatIsLeftOutIsNobodysNeighbour) {
 TEST_F(DenseMapsTest, TwoPhotosConfirmNothing) {
   TestWall wall;
   wall.Walk(2);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   EXPECT_TRUE(Work(wall, &maps).empty());
   EXPECT_EQ(maps.num_waiting(), 0u);
@@ -170,13 +168,11 @@ TEST_F(DenseMapsTest, TwoPhotosConfirmNothing) {
 TEST_F(DenseMapsTest, MapsUsedLongestAgoAreForgottenAndTheirPointsStay) {
   TestWall wall;
   wall.Walk(8);
-  DenseMapsOptions options = Options();
   // Five photos, each with grey, colours, and two maps of depth and error.
-  options.memory_bytes = 5 * (1 + 3 + 16) * depth_test::kWallWidth * depth_test::kWallHeight;
-  DenseMaps maps(options);
+  DenseMaps maps = MapsWithin(5 * kMapBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   EXPECT_EQ(Work(wall, &maps).size(), 8u);
-  EXPECT_LE(maps.memory_bytes(), options.memory_bytes);
+  EXPECT_LE(maps.memory_bytes(), 5 * kMapBytes);
   EXPECT_GE(maps.PointsOfSubmap(kSubmap).size(), 6u);
   EXPECT_LT(FiguresOf(maps.PointsOfSubmap(kSubmap), wall).worst_mean_error, 0.01);
 }
@@ -184,9 +180,7 @@ TEST_F(DenseMapsTest, MapsUsedLongestAgoAreForgottenAndTheirPointsStay) {
 TEST_F(DenseMapsTest, PointsOfForgottenMapsAreScaledByAMergeToo) {
   TestWall wall;
   wall.Walk(8);
-  DenseMapsOptions options = Options();
-  options.memory_bytes = 4 * (1 + 3 + 16) * depth_test::kWallWidth * depth_test::kWallHeight;
-  DenseMaps maps(options);
+  DenseMaps maps = MapsWithin(4 * kMapBytes);
   for (const uint64_t version : {1, 2}) {
     ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, version)).ok());
     Work(wall, &maps);
@@ -203,7 +197,7 @@ TEST_F(DenseMapsTest, PointsOfForgottenMapsAreScaledByAMergeToo) {
 TEST_F(DenseMapsTest, ARefinedCameraMakesMapsAgainOnce) {
   TestWall wall;
   wall.Walk(4);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   Work(wall, &maps);
   Shape refined = *wall.MakeShape(kSubmap, 2);
@@ -217,7 +211,7 @@ TEST_F(DenseMapsTest, ARefinedCameraMakesMapsAgainOnce) {
 TEST_F(DenseMapsTest, APhotoThatDoesNotComeIsNotAskedForAgainBeforeTheNextShape) {
   TestWall wall;
   wall.Walk(3);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   for (int i = 0; i < 3; ++i) {
     const auto task = maps.Next();
@@ -234,7 +228,7 @@ TEST_F(DenseMapsTest, AShapeWithoutItsPointsIsRefused) {
   wall.Walk(3);
   Shape shape = *wall.MakeShape(kSubmap, 1);
   shape.chunks[0].tracks = nullptr;
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   EXPECT_FALSE(maps.Update(shape).ok());
   EXPECT_FALSE(maps.Next());
 }
@@ -242,7 +236,7 @@ TEST_F(DenseMapsTest, AShapeWithoutItsPointsIsRefused) {
 TEST_F(DenseMapsTest, APhotoOfAnotherSizeIsRefused) {
   TestWall wall;
   wall.Walk(3);
-  DenseMaps maps(Options());
+  DenseMaps maps = MapsWithin(kEnoughBytes);
   ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
   EXPECT_FALSE(maps.SetPhoto(1, cv::Mat3b(77, 99)).ok());
 }

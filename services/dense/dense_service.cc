@@ -19,14 +19,6 @@ constexpr double kAgainS = 5;
 constexpr char kStep[] = "depth map";
 constexpr int kNiceness = 19;  // photos are placed first
 
-DenseMapsOptions MapsOptions(const DenseOptions& options, std::function<void()> on_progress) {
-  DenseMapsOptions maps;
-  maps.on_progress = std::move(on_progress);
-  maps.size_px = options.size_px;
-  maps.memory_bytes = int64_t{options.memory_mib} << 20;
-  return maps;
-}
-
 DenseManifest ManifestOf(const std::map<uint32_t, DensePhotoPoints>& points) {
   DenseManifest manifest;
   for (const auto& [id, photo] : points) {
@@ -45,7 +37,8 @@ DenseService::DenseService(Node& node, const DenseOptions& options)
     : node_(node),
       options_(options),
       failed_(node.options().session_dir, node.steps().left(), PreviousExitSignal()),
-      maps_(MapsOptions(options, [this] { worker_->NoteProgress(); })),
+      maps_(options.size_px, int64_t{options.memory_mib} << 20,
+            [this] { worker_->NoteProgress(); }),
       left_out_(failed_.LeftOut()) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
   worker_->Run([this] { Prepare(); }, [] {});

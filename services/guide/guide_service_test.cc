@@ -103,7 +103,8 @@ TEST_F(GuideServiceTest, TellsOfAPlaceAndAdvisesItsAgents) {
   EXPECT_EQ(advice_["alice"].last_image_id, 6);
   EXPECT_GT(advice_["alice"].num_stations, 0);
   EXPECT_GT(advice_["bob"].num_stations, 0);
-  EXPECT_NE(advice_["alice"].stations[0].tvec[0], advice_["bob"].stations[0].tvec[0]);
+  EXPECT_NE(advice_["alice"].stations[0].cam_from_world_xyz[0],
+            advice_["bob"].stations[0].cam_from_world_xyz[0]);
 
   place.Walk("bob", 13, 16, 3);
   Register(place);
@@ -169,8 +170,10 @@ TEST_F(GuideServiceTest, WhereAPhotoWasInVainNoneIsAdvisedAgain) {
   const auto is_advised = [&] {
     const auto& stations = advice_["alice"].stations;
     return std::any_of(stations.begin(), stations.end(), [&](const station_t& station) {
-      return std::equal(station.tvec, station.tvec + 3, first.tvec) &&
-             std::equal(station.qvec, station.qvec + 4, first.qvec);
+      return std::equal(std::begin(station.cam_from_world_xyz),
+                        std::end(station.cam_from_world_xyz), first.cam_from_world_xyz) &&
+             std::equal(std::begin(station.cam_from_world_qwxyz),
+                        std::end(station.cam_from_world_qwxyz), first.cam_from_world_qwxyz);
     });
   };
   image_t image{};

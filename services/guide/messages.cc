@@ -12,12 +12,12 @@ station_t ToMessage(const AdvisedStation& advised) {
   const Station& station = advised.station;
   const Eigen::Quaterniond& rotation = station.cam_from_world.rotation;
   station_t message{};
-  message.qvec[0] = static_cast<float>(rotation.w());
-  message.qvec[1] = static_cast<float>(rotation.x());
-  message.qvec[2] = static_cast<float>(rotation.y());
-  message.qvec[3] = static_cast<float>(rotation.z());
+  message.cam_from_world_qwxyz[0] = static_cast<float>(rotation.w());
+  message.cam_from_world_qwxyz[1] = static_cast<float>(rotation.x());
+  message.cam_from_world_qwxyz[2] = static_cast<float>(rotation.y());
+  message.cam_from_world_qwxyz[3] = static_cast<float>(rotation.z());
   for (int i = 0; i < 3; ++i) {
-    message.tvec[i] = static_cast<float>(station.cam_from_world.translation[i]);
+    message.cam_from_world_xyz[i] = static_cast<float>(station.cam_from_world.translation[i]);
     message.target[i] = static_cast<float>(station.target[i]);
   }
   message.gain = static_cast<float>(station.gain);

@@ -99,8 +99,8 @@ TEST(GuideMessages, AdviceRoundTrips) {
   EXPECT_EQ(read.metres_per_unit, 2.5);
   ASSERT_EQ(read.num_stations, 2);
   const station_t& station = read.stations[0];
-  EXPECT_EQ(station.qvec[2], -0.5F);
-  EXPECT_EQ(station.tvec[1], -2.F);
+  EXPECT_EQ(station.cam_from_world_qwxyz[2], -0.5F);
+  EXPECT_EQ(station.cam_from_world_xyz[1], -2.F);
   EXPECT_EQ(station.target[2], 6.F);
   EXPECT_EQ(station.gain, 0.75F);
   EXPECT_EQ(station.common_points, 230.F);

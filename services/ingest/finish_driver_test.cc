@@ -329,6 +329,7 @@ TEST_F(FinishDriverTest, GivesUpAnAgentThatVanishedWhenAFinishWaits) {
   Await([&] { return Finished(finish_t::DRAINED) != nullptr; }, "DRAINED");
   const auto* failure = Find<failure_t>([](const failure_t& f) { return f.name == "half.jpg"; });
   ASSERT_NE(failure, nullptr);
+  EXPECT_EQ(failure->cause, +failure_t::VANISHED);
   EXPECT_NE(failure->reason.find("agent vanished while sending"), std::string::npos);
 }
 

@@ -27,12 +27,11 @@ std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type
 }
 
 GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths,
-                                   double period_s, double min_age_s)
+                                   GarbageTimes times)
     : writer_(writer),
       paths_(std::move(paths)),
-      period_s_(period_s),
-      min_age_s_(min_age_s),
-      next_s_(node.loop().now_s() + period_s),
+      times_(times),
+      next_s_(node.loop().now_s() + times.period_s),
       worker_(node.loop()) {
   writer.AddObserver([this](const Fact& fact) {
     const auto* model = std::get_if<submap_model_t>(&fact);
@@ -42,9 +41,9 @@ GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPath
 
 void GarbageCollector::Tick(double now_s) {
   if (now_s < next_s_) return;
-  next_s_ = now_s + period_s_;
+  next_s_ = now_s + times_.period_s;
   const auto min_age = std::chrono::duration_cast<fs::file_time_type::duration>(
-      std::chrono::duration<double>(min_age_s_));
+      std::chrono::duration<double>(times_.min_age_s));
   worker_.Run(
       [paths = paths_, min_age] {
         return FilesWrittenBefore(paths.Blobs(), fs::file_time_type::clock::now() - min_age);

@@ -14,6 +14,12 @@
 
 namespace skein {
 
+// Only tests have shorter ones.
+struct GarbageTimes {
+  double period_s = 60;    // between two looks
+  double min_age_s = 600;  // of a file that may go, since it was written
+};
+
 // Removes what the session no longer needs from blobs/: models that a newer one
 // supersedes, blobs that no fact names, temporary files of processes that died. A blob is stored
 // before the fact that names it, so only files of a certain age go. If a fact names one that went
@@ -22,9 +28,7 @@ namespace skein {
 // thread only.
 class GarbageCollector {
  public:
-  // `period_s`: between two looks. `min_age_s`: of a file that may go, since it was written.
-  GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths, double period_s,
-                   double min_age_s);
+  GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths, GarbageTimes times);
 
   // Collects now and then; never during a finish, whose models are being read.
   void Tick(double now_s);
@@ -36,7 +40,7 @@ class GarbageCollector {
 
   const LedgerWriter& writer_;
   const SessionPaths paths_;
-  const double period_s_, min_age_s_;
+  const GarbageTimes times_;
   double next_s_;
   // Models that facts have named since the start; true: not needed at the last look.
   std::map<std::string, bool> models_;

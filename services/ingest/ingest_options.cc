@@ -7,12 +7,9 @@
 namespace skein {
 
 Status IngestOptions::Check() const {
-  return FirstError({intake.limits.Check(), InRange("lease", lease_s, 0.5, 3600.0),
-                     InRange("max_pending", intake.max_pending, 1, 100'000),
+  return FirstError({intake.limits.Check(), InRange("max_pending", intake.max_pending, 1, 100'000),
                      InRange("max_pending_agent", intake.max_pending_agent, 1, 100'000),
                      InRange<int64_t>("min_free", intake.min_free_bytes, 0, int64_t{1} << 60),
-                     InRange("garbage_period", garbage_period_s, 0.01, 86400.0),
-                     InRange("garbage_age", garbage_age_s, 0.0, 30 * 86400.0),
                      InRange("min_model_size", finish.min_model_size, 2, 10'000),
                      InRange("cut_grace", finish.cut_grace_s, 0.0, 3600.0)});
 }
@@ -30,11 +27,6 @@ void AddOptions(CLI::App& app, IngestOptions* options) {
                  "Photos taken in at a time of one agent; more are told to wait");
   app.add_option("--min-free", options->intake.min_free_bytes,
                  "Bytes that must be free on the session's disk for a photo to be taken in");
-  app.add_option("--garbage-period", options->garbage_period_s,
-                 "Seconds between two looks for files that nothing needs any more");
-  app.add_option("--garbage-age", options->garbage_age_s,
-                 "Seconds since it was written after which such a file goes");
-  app.add_option("--lease", options->lease_s, "Seconds after which a silent worker loses its work");
   app.add_option("--min-model-size", options->finish.min_model_size,
                  "Photos that a model has at least; a smaller one is given up at the finish");
   app.add_option("--cut-grace", options->finish.cut_grace_s,

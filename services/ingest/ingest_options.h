@@ -2,8 +2,8 @@
 
 #include "core/result.h"
 #include "ingest/finish_driver.h"
+#include "ingest/garbage.h"
 #include "ingest/photo_intake.h"
-#include "ingest/work_queue.h"
 #include "node/service_options.h"
 
 namespace CLI {
@@ -14,10 +14,8 @@ namespace skein {
 
 struct IngestOptions {
   IntakeOptions intake;
-  double lease_s = kUsualLeaseS;  // of work; lapses when its worker has been silent for so long
   FinishOptions finish;
-  double garbage_period_s = 60;  // between two looks for files that nothing needs
-  double garbage_age_s = 600;    // of a file that may go, since it was written
+  GarbageTimes garbage;
 
   Status Check() const;
 };

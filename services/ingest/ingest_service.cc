@@ -31,12 +31,12 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
               }),
       intake_(node, writer_, PathsOf(node), options.intake, Listened()),
       submissions_(node, writer_, BlobStore(PathsOf(node).Blobs()), Listened()),
-      work_(node, writer_, options.lease_s, Listened()),
+      work_(node, writer_, Listened()),
       finish_(
           node, writer_, PathsOf(node), options.finish,
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(); }}),
-      garbage_(node, writer_, PathsOf(node), options.garbage_period_s, options.garbage_age_s),
+      garbage_(node, writer_, PathsOf(node), options.garbage),
       diagnoses_(writer_.state(), node.session_id(), [&node](const photo_diagnosis_t& message) {
         node.bus().Publish(kPhotoDiagnosisChannel, message);
       }) {

@@ -401,7 +401,7 @@ TEST_F(LedgerWriterTest, DerivesTheOpenWorkFromTheLedger) {
   failure.attempts = 2;
   Commit(failure, "failure/features/3/2");
   Reopen();
-  WorkPlanner planner(session(), kUsualLeaseS, 0);
+  WorkPlanner planner(session(), kLeaseS, 0);
   planner.OnRequest("features", {"f", 5, 0, {}}, 0);
   planner.OnRequest("matching", {"m", 5, 0, {}}, 0);
   const auto grants = planner.Assign(0);

@@ -112,7 +112,9 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
   }
   if (Status status = CheckPullable(offer); !status.ok()) {
     node_.bus().Refuse(kImageOfferChannel.name, status.error().c_str());
-    return Ack(offer, image_ack_t::REFUSED, 0, status.error());
+    const bool too_large = status.code == StatusCode::kResourceExhausted;
+    return Ack(offer, image_ack_t::REFUSED, 0, status.error(),
+               too_large ? failure_t::TOO_LARGE : failure_t::OTHER);
   }
   if (writer_.state().finishing()) {
     return Ack(offer, image_ack_t::WAIT, 0, "the session is finishing; offer again");
@@ -130,7 +132,7 @@ void PhotoIntake::OnOffer(const image_offer_t& offer) {
 bool PhotoIntake::AnswerDecided(const Key& key, const image_offer_t& offer) {
   if (const failure_t* refused = writer_.history().FindFailure(key)) {
     if (refused->header.seq > writer_.durable_head()) return true;
-    Ack(offer, image_ack_t::REFUSED, 0, refused->reason);
+    Ack(offer, image_ack_t::REFUSED, 0, refused->reason, refused->cause);
     return true;
   }
   const int64_t image_id = writer_.history().FindImageByBlob(offer.blob_id);
@@ -233,7 +235,7 @@ void PhotoIntake::OnBytes(const Key& key, Result<Bytes> bytes) {
                             " bytes, the photo has " + std::to_string(size));
   }
   if (Status status = CheckPhotoName(pending.offer.name); !status.ok()) {
-    return Refuse(key, pending.offer, status.error());
+    return Refuse(key, pending.offer, PhotoFault::kOther, status.error());
   }
   const int64_t image_id = writer_.history().FindImageByBlob(pending.offer.blob_id);
   if (image_id == 0) return Store(key, *std::move(bytes));
@@ -322,7 +324,7 @@ void PhotoIntake::OnLeft(const LeftPhoto& photo) {
 void PhotoIntake::OnTaken(const Key& key, const TakenPhoto& taken) {
   switch (taken.outcome) {
     case TakenPhoto::Outcome::kRefused:
-      return Refuse(key, pending_.at(key).offer, taken.reason);
+      return Refuse(key, pending_.at(key).offer, taken.fault, taken.reason);
     case TakenPhoto::Outcome::kFailed:
       return Abandon(key, taken.reason);
     case TakenPhoto::Outcome::kStored:
@@ -388,12 +390,14 @@ image_t PhotoIntake::MakeFact(const Pending& pending, const CheckedPhoto& photo,
 }
 
 // By value: the pending photo that the offer may belong to ends here.
-void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string& reason) {
+void PhotoIntake::Refuse(const Key& key, image_offer_t offer, PhotoFault fault,
+                         const std::string& reason) {
+  const auto cause = static_cast<int8_t>(fault);
   pending_.erase(key);
   LogWarn("refused {}/{}: {}", Printable(offer.agent), Printable(offer.name), reason);
   if (!kept_refusals_.HasRoomFor(offer.agent)) {
     ++num_not_kept_;
-    return Ack(offer, image_ack_t::REFUSED, 0, reason);
+    return Ack(offer, image_ack_t::REFUSED, 0, reason, cause);
   }
   kept_refusals_.Add(offer.agent);
   failure_t failure{};
@@ -402,11 +406,13 @@ void PhotoIntake::Refuse(const Key& key, image_offer_t offer, const std::string&
   failure.agent = offer.agent;
   failure.name = Printable(offer.name);
   failure.stage = kStage;
+  failure.cause = cause;
   failure.reason = ClampText(reason);
   failure.attempts = 1;
   failure.parked = true;
   writer_.Stage(failure, {}, [this, offer](const Fact& fact) {
-    Ack(offer, image_ack_t::REFUSED, 0, std::get<failure_t>(fact).reason);
+    const auto& refused = std::get<failure_t>(fact);
+    Ack(offer, image_ack_t::REFUSED, 0, refused.reason, refused.cause);
   });
 }
 
@@ -483,6 +489,7 @@ void PhotoIntake::GiveUp(const Key& key) {
   failure.agent = pending.offer.agent;
   failure.name = Printable(pending.offer.name);
   failure.stage = kStage;
+  failure.cause = failure_t::VANISHED;
   failure.reason = "agent vanished while sending (" + std::to_string(pending.received_bytes) +
                    " of " + std::to_string(pending.offer.size_bytes) + " bytes came)";
   failure.attempts = 1;
@@ -510,13 +517,14 @@ std::string PhotoIntake::Describe() const {
 }
 
 void PhotoIntake::Ack(const image_offer_t& offer, int8_t status, int64_t image_id,
-                      const std::string& reason) {
+                      const std::string& reason, int8_t cause) {
   image_ack_t ack{};
   ack.agent = offer.agent;
   ack.name = offer.name;
   ack.blob_id = offer.blob_id;
   ack.status = status;
   ack.image_id = image_id;
+  ack.cause = cause;
   ack.reason = ClampText(reason);
   node_.Publish(kImageAckChannel, ack);
 }

@@ -120,7 +120,7 @@ class PhotoIntake {
   void OnTaken(const Key& key, const TakenPhoto& taken);
   void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
   void NoteDuplicate(const Key& key, const std::string& agent);
-  void Refuse(const Key& key, image_offer_t offer, const std::string& reason);
+  void Refuse(const Key& key, image_offer_t offer, PhotoFault fault, const std::string& reason);
   void Abandon(const Key& key, const std::string& reason);
   void GiveUp(const Key& key);
 
@@ -128,7 +128,7 @@ class PhotoIntake {
   image_t MakeFact(const Pending& pending, const CheckedPhoto& photo, const std::string& name,
                    const FocalPrior& focal, int64_t camera_id, const KnownCamera* known) const;
   void Ack(const image_offer_t& offer, int8_t status, int64_t image_id,
-           const std::string& reason = "");
+           const std::string& reason = "", int8_t cause = failure_t::OTHER);
 
   Node& node_;
   LedgerWriter& writer_;

@@ -40,6 +40,7 @@ TEST_F(PhotoIntakeTest, AnswersARepeatedOfferAlikeAlsoAfterARestart) {
   EXPECT_EQ(Decide(good).image_id, 1);
   EXPECT_EQ(Decide(bad).status, +image_ack_t::REFUSED);
   EXPECT_EQ(Decide(bad).reason, reason);
+  EXPECT_EQ(Decide(bad).cause, +failure_t::UNREADABLE);
   Await([&] { return facts_.size() == 2; }, "both facts");
 }
 
@@ -300,15 +301,21 @@ TEST_F(PhotoIntakeTest, RefusesWrongSizesAndHashes) {
   offer = MakeOffer("huge.jpg", photo);
   offer.size_bytes = int64_t{1} << 40;
   EXPECT_EQ(Decide(offer).status, +image_ack_t::REFUSED);
+  EXPECT_EQ(Decide(offer).cause, +failure_t::TOO_LARGE);
 }
 
 TEST_F(PhotoIntakeTest, SetsAsideBadPhotosAndGoesOn) {
   Bytes cut = SmallJpeg();
   cut.resize(cut.size() / 2);
   const std::string text = "a text file called .jpg";
-  EXPECT_EQ(Publish("cut.jpg", cut).status, +image_ack_t::REFUSED);
-  EXPECT_EQ(Publish("text.jpg", Bytes(text.begin(), text.end())).status, +image_ack_t::REFUSED);
-  EXPECT_EQ(Publish("dot.png", Encode(Noise(1, 1), ".png")).status, +image_ack_t::REFUSED);
+  const auto cause_of = [&](const std::string& name, const Bytes& photo) {
+    const image_ack_t ack = Publish(name, photo);
+    EXPECT_EQ(ack.status, +image_ack_t::REFUSED) << name;
+    return ack.cause;
+  };
+  EXPECT_EQ(cause_of("cut.jpg", cut), +failure_t::UNREADABLE);
+  EXPECT_EQ(cause_of("text.jpg", Bytes(text.begin(), text.end())), +failure_t::UNREADABLE);
+  EXPECT_EQ(cause_of("dot.png", Encode(Noise(1, 1), ".png")), +failure_t::TOO_SMALL);
   EXPECT_EQ(Publish("grey.jpg", Encode(Noise(96, 80, CV_8UC1), ".jpg")).status,
             +image_ack_t::STORED);
   EXPECT_EQ(Publish("deep.png", Encode(Noise(96, 80, CV_16UC3), ".png")).status,

@@ -15,6 +15,14 @@ namespace skein {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+TakenPhoto Failed(const std::string& reason) {
+  return {TakenPhoto::Outcome::kFailed, reason, PhotoFault::kOther, "", {}};
+}
+
+}  // namespace
+
 std::vector<LeftFile> FindLeftPhotos(const SessionPaths& paths, const PhotoStore::Names& taken) {
   std::vector<LeftFile> left;
   for (const fs::path& file : FilesUnder(paths.Images())) {
@@ -48,16 +56,18 @@ TakenPhoto PhotoStore::Take(const std::string& agent, const std::string& name,
   using Outcome = TakenPhoto::Outcome;
   const Result<CheckedPhoto> photo = decoder_->Check(bytes, limits_);
   if (!photo.ok()) {
-    if (photo.code() != StatusCode::kUnavailable) return {Outcome::kRefused, photo.error(), "", {}};
-    return {Outcome::kFailed, "cannot check the photo: " + photo.error(), "", {}};
+    if (photo.code() == StatusCode::kUnavailable) {
+      return Failed("cannot check the photo: " + photo.error());
+    }
+    return {Outcome::kRefused, photo.error(), FaultOf(photo.code(), bytes), "", {}};
   }
-  if (contents_.count(blob_id) > 0) return {Outcome::kKnown, "", "", {}};
+  if (contents_.count(blob_id) > 0) return {Outcome::kKnown, "", PhotoFault::kOther, "", {}};
   const std::string free_name = FreeName(agent, name);
   const Status stored = StorePhoto(paths_, agent, free_name, bytes);
-  if (!stored.ok()) return {Outcome::kFailed, "cannot store the photo: " + stored.error(), "", {}};
+  if (!stored.ok()) return Failed("cannot store the photo: " + stored.error());
   taken_.insert({agent, free_name});
   contents_.insert(blob_id);
-  return {Outcome::kStored, "", free_name, *photo};
+  return {Outcome::kStored, "", PhotoFault::kOther, free_name, *photo};
 }
 
 std::string PhotoStore::FreeName(const std::string& agent, const std::string& name) const {

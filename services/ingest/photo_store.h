@@ -25,8 +25,9 @@ struct TakenPhoto {
   };
   Outcome outcome = Outcome::kFailed;
   std::string reason;
-  std::string name;    // of kStored
-  CheckedPhoto photo;  // of kStored
+  PhotoFault fault = PhotoFault::kOther;  // of kRefused
+  std::string name;                       // of kStored
+  CheckedPhoto photo;                     // of kStored
 };
 
 // A file in images/ that no fact names.

@@ -20,11 +20,11 @@ constexpr int kMaxStepFailures = 3;
 
 }  // namespace
 
-WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, double lease_s, Clock listened)
+WorkDesk::WorkDesk(Node& node, LedgerWriter& writer, Clock listened)
     : node_(node),
       writer_(writer),
       listened_(std::move(listened)),
-      planner_(writer.session(), lease_s, listened_()),
+      planner_(writer.session(), kLeaseS, listened_()),
       mappers_wanted_(node, kSubmapKind) {
   writer.AddObserver([this](const Fact& fact) { planner_.OnFact(fact, listened_()); });
 }

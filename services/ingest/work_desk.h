@@ -14,7 +14,7 @@ class WorkDesk {
  public:
   // Takes up all facts that are durable now, and those committed later. By `listened` workers are
   // silent, and whatever else is due.
-  WorkDesk(Node& node, LedgerWriter& writer, double lease_s, Clock listened);
+  WorkDesk(Node& node, LedgerWriter& writer, Clock listened);
 
   void OnRequest(const work_request_t& request);
   void OnFailed(const work_failed_t& failed);

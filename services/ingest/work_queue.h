@@ -10,7 +10,9 @@
 
 namespace skein {
 
-constexpr double kUsualLeaseS = 6;
+// A lease of work. Workers renew it once a second (node/work_client.h): it lapses if six messages
+// in a row are lost.
+constexpr double kLeaseS = 6;
 
 // Items of one kind of work and their holders. Knows no messages and no clock: `now_s` is any
 // monotonic time and is passed in. The items come from the ledger (Add, Remove), so nothing here
@@ -42,7 +44,7 @@ class WorkQueue {
   using MayResume = std::function<bool(const std::string& worker, int64_t item)>;
 
   // A lease lapses when its worker hasn't named the item for `lease_s`.
-  explicit WorkQueue(double lease_s = kUsualLeaseS, MayResume may_resume = nullptr)
+  explicit WorkQueue(double lease_s = kLeaseS, MayResume may_resume = nullptr)
       : lease_s_(lease_s), may_resume_(std::move(may_resume)) {}
 
   // No effect if it is there.

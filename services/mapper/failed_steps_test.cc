@@ -19,7 +19,7 @@ SubmapRunOptions WithoutCheckpoints() {
 
 class FailedStepsTest : public MapperServiceTest {
  protected:
-  FailedStepsTest() : MapperServiceTest(WithoutCheckpoints(), PoolOptions()) {
+  FailedStepsTest() : MapperServiceTest(WithoutCheckpoints()) {
     bus_.Subscribe<work_failed_t>(kWorkFailedChannel,
                                   [this](const work_failed_t& failed) { OnFailed(failed); });
   }

@@ -7,8 +7,8 @@
 
 namespace skein {
 Status MapperOptions::Check() const {
-  return FirstError(
-      {run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000), pool.Check()});
+  return FirstError({run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
+                     InRange("retire_after", retire_after_s, 0.0, 1e9)});
 }
 
 void AddOptions(CLI::App& app, MapperOptions* options) {
@@ -28,19 +28,10 @@ void AddOptions(CLI::App& app, MapperOptions* options) {
   AddSwitch(app, "one-home", &options->run.one_home,
             "A photo is tried by the submap that it overlaps most; off: by every submap that it "
             "overlaps, as in the paper");
-  app.add_option("--checkpoint-photos", options->run.checkpoint.photos,
-                 "Photos between checkpoints, at least");
-  app.add_option("--checkpoint-period", options->run.checkpoint.period_s,
-                 "Seconds between checkpoints, at least");
   app.add_option("--target-gsd", options->run.target_gsd_mm,
                  "Millimetres of the surface that a pixel may cover for the final models' "
                  "completeness, where GPS tells the scale; 0: twice that of the median point");
-  app.add_option("--max-submaps", options->pool.max_submaps,
-                 "Submaps that a mapper holds at a time before it takes no further seed");
-  app.add_option("--share-after", options->pool.share_after_s,
-                 "Seconds that a submap waits for an idle mapper before one that holds a submap "
-                 "takes it; up to twice that with many photos in hand");
-  app.add_option("--retire-after", options->pool.retire_after_s,
+  app.add_option("--retire-after", options->retire_after_s,
                  "End after so many seconds without a submap; 0: never")
       ->configurable(false)
       ->capture_default_str();

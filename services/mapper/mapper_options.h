@@ -1,7 +1,6 @@
 #pragma once
 
 #include "core/result.h"
-#include "mapper/mapper_service.h"
 #include "mapper/submap_run.h"
 #include "mapping/experiments/tree_window.h"
 
@@ -16,7 +15,7 @@ struct MapperOptions {
 
   SubmapRunOptions run;
   LocalBaOptions local_ba;
-  PoolOptions pool;
+  double retire_after_s = 0;  // without a submap, see MapperService; 0: never
 
   Status Check() const;
 };

@@ -10,13 +10,9 @@ TEST(MapperOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MapperOptions>({
       {"camera_model is \"FISHY\"", [](auto* o) { o->run.submap.camera_model = "FISHY"; }},
       {"min_cells", [](auto* o) { o->run.submap.min_cells = 0; }},
-      {"checkpoint_photos", [](auto* o) { o->run.checkpoint.photos = 0; }},
-      {"checkpoint_period", [](auto* o) { o->run.checkpoint.period_s = -1; }},
       {"target_gsd", [](auto* o) { o->run.target_gsd_mm = -1; }},
       {"local_ba_images", [](auto* o) { o->local_ba.colmap_images = 2; }},
-      {"retire_after", [](auto* o) { o->pool.retire_after_s = -1; }},
-      {"max_submaps", [](auto* o) { o->pool.max_submaps = 0; }},
-      {"share_after", [](auto* o) { o->pool.share_after_s = -1; }},
+      {"retire_after", [](auto* o) { o->retire_after_s = -1; }},
   });
 }
 

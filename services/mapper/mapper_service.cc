@@ -4,7 +4,6 @@
 
 #include "core/counted.h"
 #include "core/log.h"
-#include "core/option_check.h"
 
 namespace skein {
 namespace {
@@ -15,20 +14,15 @@ constexpr double kCapacityPeriodS = 0.1;
 
 }  // namespace
 
-Status PoolOptions::Check() const {
-  return FirstError({InRange("retire_after", retire_after_s, 0.0, 1e9),
-                     InRange("max_submaps", max_submaps, 1, 1000),
-                     InRange("share_after", share_after_s, 0.0, 3600.0)});
-}
-
-MapperService::MapperService(Node& node, const SubmapRunOptions& options, const PoolOptions& pool)
+MapperService::MapperService(Node& node, const SubmapRunOptions& options, double retire_after_s,
+                             double share_after_s)
     : node_(node),
       options_(options),
-      pool_(pool),
+      retire_after_s_(retire_after_s),
       worker_(node.loop()),
       writer_(node.loop()),
       shapes_(node),
-      sharing_(pool.max_submaps, pool.share_after_s),
+      sharing_(kMaxSubmaps, share_after_s),
       idle_since_s_(node.loop().now_s()) {
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
   work_ =
@@ -105,13 +99,13 @@ void MapperService::UpdateCapacity() {
 
 // Leaves in two steps, so that no submap is granted to a mapper that is gone.
 void MapperService::RetireWhenIdle() {
-  if (pool_.retire_after_s <= 0) return;
+  if (retire_after_s_ <= 0) return;
   const double now_s = node_.loop().now_s();
   if (!runs_.empty() || work_->num_held() > 0) idle_since_s_ = now_s;
-  retiring_ = now_s - idle_since_s_ >= pool_.retire_after_s;
+  retiring_ = now_s - idle_since_s_ >= retire_after_s_;
   UpdateCapacity();
-  if (now_s - idle_since_s_ < pool_.retire_after_s + kFarewellS) return;
-  LogInfo("retires: no submap for {} s", pool_.retire_after_s);
+  if (now_s - idle_since_s_ < retire_after_s_ + kFarewellS) return;
+  LogInfo("retires: no submap for {} s", retire_after_s_);
   node_.Stop();
 }
 

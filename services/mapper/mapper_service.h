@@ -17,21 +17,15 @@
 
 namespace skein {
 
-// A mapper among others.
-struct PoolOptions {
-  double retire_after_s = 0;  // ends the node after so long without a submap; 0: never
-  int max_submaps = 8;        // of this mapper, before it takes no further seed (SubmapSharing)
-  double share_after_s = 4;   // that no mapper is idle
-
-  Status Check() const;
-};
-
 // Holds leased submaps: one, and more where no other mapper is idle for them (SubmapSharing). All
 // submaps share the worker's thread. Without a submap the service follows the ledger and asks for
 // one. Loop's thread only.
 class MapperService {
  public:
-  MapperService(Node& node, const SubmapRunOptions& options, const PoolOptions& pool = {});
+  // retire_after_s: ends the node after so long without a submap; 0: never. share_after_s: see
+  // SubmapSharing; only tests have another.
+  MapperService(Node& node, const SubmapRunOptions& options, double retire_after_s = 0,
+                double share_after_s = kShareAfterS);
   ~MapperService();
 
  private:
@@ -47,7 +41,7 @@ class MapperService {
 
   Node& node_;
   const SubmapRunOptions options_;
-  const PoolOptions pool_;
+  const double retire_after_s_;
   SessionState session_;
   ItemLog items_;
   std::atomic<int64_t> current_{0};  // see MapperThreads

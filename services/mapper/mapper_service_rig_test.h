@@ -45,13 +45,6 @@ inline SubmapRunOptions ManyHomes() {
   return options;
 }
 
-// Takes what waits without leaving a pool time.
-inline PoolOptions SharesAtOnce() {
-  PoolOptions options;
-  options.share_after_s = 0;
-  return options;
-}
-
 inline bool IsRegistration(const Fact& fact, int64_t image_id) {
   const auto* r = std::get_if<registration_t>(&fact);
   return r != nullptr && r->image_id == image_id && r->state == registration_t::REGISTERED;
@@ -71,9 +64,9 @@ inline bool IsMerge(const Fact& fact, int8_t state) {
 
 class MapperServiceTest : public testing::Test {
  protected:
-  MapperServiceTest() : MapperServiceTest(RunOptions(), PoolOptions()) {}
-  MapperServiceTest(const SubmapRunOptions& run_options, const PoolOptions& pool_options)
-      : service_(node_, run_options, pool_options) {
+  explicit MapperServiceTest(const SubmapRunOptions& options = RunOptions(),
+                             double share_after_s = kShareAfterS)
+      : service_(node_, options, 0, share_after_s) {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       holds_submap_ = request.num_held > 0;
       capacity_ = request.capacity;

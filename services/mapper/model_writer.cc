@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "core/log.h"
-#include "core/option_check.h"
 #include "core/snapshot.h"
 #include "ledger/fact_ids.h"
 #include "mapper/messages.h"
@@ -14,19 +13,14 @@
 
 namespace skein {
 
-Status CheckpointOptions::Check() const {
-  return FirstError({InRange("checkpoint_photos", photos, 1, 1'000'000),
-                     InRange("checkpoint_period", period_s, 0.0, 86400.0)});
-}
-
 ModelWriter::ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer,
-                         const Lease& lease, const CheckpointOptions& options, Clock clock,
+                         const Lease& lease, const CheckpointPace& pace, Clock clock,
                          SubmitModel submit)
     : blobs_(blobs),
       worker_(worker),
       writer_(writer),
       lease_(lease),
-      options_(options),
+      pace_(pace),
       clock_(std::move(clock)),
       submit_(std::move(submit)),
       last_checkpoint_s_(clock_()) {}
@@ -36,8 +30,8 @@ std::optional<ModelWriter::Kind> ModelWriter::Due(int num_images, bool all_decid
   const double now_s = clock_();
   if (all_decided && now_s >= final_due_s_) return Kind::kFinal;
   if (num_changes_ == 0 || AwaitsFinal()) return std::nullopt;
-  const bool many = num_changes_ >= std::max(options_.photos, num_images / 10);
-  if (many || now_s - last_checkpoint_s_ >= options_.period_s) return Kind::kCheckpoint;
+  const bool many = num_changes_ >= std::max(pace_.photos, num_images / 10);
+  if (many || now_s - last_checkpoint_s_ >= pace_.period_s) return Kind::kCheckpoint;
   return std::nullopt;
 }
 
@@ -121,7 +115,7 @@ submap_model_t ModelWriter::MakeFact(const Model& model, const std::string& blob
 // When the period has passed.
 void ModelWriter::TryAgain(Kind kind) {
   ++num_changes_;
-  if (kind == Kind::kFinal) final_due_s_ = clock_() + options_.period_s;
+  if (kind == Kind::kFinal) final_due_s_ = clock_() + pace_.period_s;
 }
 
 }  // namespace skein

@@ -20,11 +20,11 @@
 
 namespace skein {
 
-struct CheckpointOptions {
+// Pace of checkpoints: what a crash costs against the bytes that are written. Only tests have
+// another.
+struct CheckpointPace {
   int photos = 10;  // new ones, at least; a tenth of the submap if that is more
   double period_s = 20;
-
-  Status Check() const;
 };
 
 // Writes a submap's models: checkpoints and, at the end of a finish, the final one. A checkpoint is
@@ -37,7 +37,7 @@ class ModelWriter {
   using SubmitModel = std::function<void(submap_model_t, Submissions::OnRefused)>;
 
   ModelWriter(BlobClient& blobs, SubmapWorker& worker, WorkerThread& writer, const Lease& lease,
-              const CheckpointOptions& options, Clock clock, SubmitModel submit);
+              const CheckpointPace& pace, Clock clock, SubmitModel submit);
 
   // The run begins where the ledger is at `seq`. Its models are numbered from there: an earlier
   // process may have written some in the same epoch.
@@ -83,7 +83,7 @@ class ModelWriter {
   SubmapWorker& worker_;
   WorkerThread& writer_;
   const Lease lease_;
-  const CheckpointOptions options_;
+  const CheckpointPace pace_;
   const Clock clock_;
   const SubmitModel submit_;
   std::optional<Model> under_way_;  // one at a time

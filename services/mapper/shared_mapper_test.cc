@@ -4,7 +4,7 @@ namespace skein::shared_mapper_test {
 
 class SharedMapperTest : public MapperServiceTest {
  protected:
-  SharedMapperTest() : MapperServiceTest(ManyHomes(), SharesAtOnce()) {}
+  SharedMapperTest() : MapperServiceTest(ManyHomes(), 0) {}
 
   void TellDemand(int num_waiting) {
     demand_t demand{};

@@ -87,8 +87,7 @@ std::string About(double seconds) {
 }  // namespace
 
 Status SubmapRunOptions::Check() const {
-  return FirstError(
-      {submap.Check(), checkpoint.Check(), InRange("target_gsd", target_gsd_mm, 0.0, 1e6)});
+  return FirstError({submap.Check(), InRange("target_gsd", target_gsd_mm, 0.0, 1e6)});
 }
 
 SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads,

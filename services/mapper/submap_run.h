@@ -33,7 +33,7 @@ namespace skein {
 struct SubmapRunOptions {
   SubmapOptions submap;
   bool one_home = true;  // see OfferedPhotos
-  CheckpointOptions checkpoint;
+  CheckpointPace checkpoint;
   double target_gsd_mm = 0;  // of the final model's completeness, see AssessModel
 
   Status Check() const;

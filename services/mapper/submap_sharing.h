@@ -6,6 +6,12 @@
 
 namespace skein {
 
+// Submaps of one mapper before it takes no further seed: all run on one thread.
+constexpr int kMaxSubmaps = 8;
+// No mapper is idle for so long: a pool has started one within that time. Up to twice that passes
+// with many photos in hand; a finish waits longer for a mapper (merger_service.cc).
+constexpr double kShareAfterS = 4;
+
 // When a mapper that holds submaps takes one more: one waits, no mapper is idle, and a pool had the
 // time to start one. Mappers agree on nothing. Each waits the longer the more photos it holds; its
 // offer is capacity in its requests for work, which the others hear. If a message is lost, two

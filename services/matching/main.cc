@@ -13,7 +13,6 @@ int main(int argc, char** argv) {
           skein::ParseServiceOptions(description, argc, argv, &node_options, &options)) {
     return *code;
   }
-  options.num_threads = node_options.threads;
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::MatchingService service(node, options);
     node.Run();

@@ -12,7 +12,7 @@ Status MatchingServiceOptions::Check() const {
       {IsKernelSupported(kernel)
            ? Status::Ok()
            : InvalidArgument("this processor does not run kernel " + KernelName(kernel)),
-       InRange("cache_mib", cache_mib, 1, 1 << 20), InRange("threads", num_threads, 1, 1024)});
+       InRange("cache_mib", cache_mib, 1, 1 << 20)});
 }
 
 void AddOptions(CLI::App& app, MatchingServiceOptions* options) {

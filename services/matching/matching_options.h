@@ -14,7 +14,6 @@ namespace skein {
 struct MatchingServiceOptions {
   KernelVersion kernel = FastestKernel();
   bool cascade = true;        // off: the full product of each pair
-  int num_threads = 1;        // over which the pairs of a photo are spread
   bool second_look = true;    // off: all candidates, in their order
   int cache_mib = 512;        // features of recently used photos, decoded
   std::string codebook_path;  // of the cascade's cells; "": the one shipped with Skein

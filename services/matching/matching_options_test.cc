@@ -9,7 +9,6 @@ namespace skein::matching_options_test {
 TEST(MatchingServiceOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MatchingServiceOptions>({
       {"cache_mib is 0: give 1 to", [](auto* o) { o->cache_mib = 0; }},
-      {"threads", [](auto* o) { o->num_threads = 0; }},
   });
 }
 

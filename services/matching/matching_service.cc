@@ -26,7 +26,7 @@ MatchingService::MatchingService(Node& node, const MatchingServiceOptions& optio
               static_cast<size_t>(options.cache_mib) << 20),
       work_(node, "matching", 2, [this](const work_t& work) { OnWork(work); }),
       follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
-  for (int i = 0; i < options.num_threads; ++i) {
+  for (int i = 0; i < node.options().threads; ++i) {
     workers_.emplace_back(node.loop(), options.cascade, options.kernel);
   }
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });

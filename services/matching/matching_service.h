@@ -24,9 +24,9 @@
 
 namespace skein {
 
-// Holds two items: the pairs of one are matched on num_threads worker threads, the features of the
-// other are fetched. The result depends on the photo's candidates and the ledger up to
-// computed_at_seq. The ledger grows with every pair, so pairs verified by other workers count at
+// Holds two items: the pairs of one are matched on as many worker threads as the node may use, the
+// features of the other are fetched. The result depends on the photo's candidates and the ledger up
+// to computed_at_seq. The ledger grows with every pair, so pairs verified by other workers count at
 // once. Loop's thread only.
 class MatchingService {
  public:

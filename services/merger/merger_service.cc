@@ -19,6 +19,9 @@ constexpr double kRequestPeriodS = 0.5;  // of an unanswered request for shared 
 constexpr double kRequestTimeoutS = 20;  // then the attempt is given up, and made again
 constexpr double kIdleMapperS = 3;       // a mapper that asked for work within this is idle
 constexpr double kHoldAfterRefusalS = 1;
+// Of a finish, for a mapper that could take a seed. A mapper offers to share within 8 s
+// (mapper/submap_sharing.h), and a pool starts one within as long.
+constexpr double kWaitForMapperS = 15;
 
 // Requests of a merger that ran before must not be taken for ours.
 int64_t RandomRequestId() {
@@ -244,7 +247,7 @@ void MergerService::TrySettle() {
   if (directory_.NumOpenMerges() > 0 || !EverySubmapWorkedUpTo(settle_seq_)) return;
   if (merges_.Next(directory_, true)) return;
   const bool waits_for_mapper =
-      wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < options_.wait_for_mapper_s;
+      wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < kWaitForMapperS;
   if (waits_for_mapper) return;
   if (wants_mapper_s_ > 0) LogWarn("finishing without a submap that no mapper is idle for");
   SubmitFinish(finish_t::SETTLED);

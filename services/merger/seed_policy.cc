@@ -14,7 +14,6 @@
 namespace skein {
 namespace {
 
-constexpr int kMinSeedInliers = 100;        // COLMAP's init_min_num_inliers
 constexpr int kMinInliersAtLast = 50;       // when finishing and nothing better is left
 constexpr double kMaxForwardMotion = 0.95;  // COLMAP's init_max_forward_motion
 // A relaxation of limits::kInitialAnglesDeg applies after so many quiet seconds. All apply when the
@@ -153,14 +152,14 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
   const size_t last_step = RelaxationOf(situation);
   for (size_t step = 0; step <= last_step; ++step) {
     const double min_angle_rad = DegToRad(limits::kInitialAnglesDeg[step]);
-    const auto best = BestPair(orphans, min_angle_rad, kMinSeedInliers, directory);
+    const auto best = BestPair(orphans, min_angle_rad, limits::kMinSeedInliers, directory);
     if (best) return best;
   }
   const double least_angle_rad = DegToRad(limits::kInitialAnglesDeg.back());
   if (situation.finishing) {
     return BestPair(orphans, least_angle_rad, kMinInliersAtLast, directory);
   }
-  const auto best = BestPair(orphans, least_angle_rad, kMinSeedInliers, directory);
+  const auto best = BestPair(orphans, least_angle_rad, limits::kMinSeedInliers, directory);
   return best && IsOutlasted(*best, orphans, directory.session()) ? best : std::nullopt;
 }
 

@@ -34,15 +34,15 @@ int MaxClients() {
 }
 
 skein::RelayOptions OfPort(int port, const skein::RelayProgramOptions& options) {
-  skein::RelayOptions of_port;
+  skein::RelayOptions of_port = options.relay;
   of_port.port = port;
-  if (port != options.ports.front()) of_port.max_messages_per_s = kMaxBulkMessagesPerS;
-  of_port.memory.max_queued_bytes = options.max_queue_mib << 20;
-  of_port.loopback = options.loopback;
   of_port.max_clients =
-      std::min(options.max_clients, MaxClients() / static_cast<int>(options.ports.size()));
+      std::min(of_port.max_clients, MaxClients() / static_cast<int>(options.ports.size()));
   of_port.max_clients_of_address = of_port.max_clients / 2;
-  if (port == options.ports.front()) of_port.watch_port = options.watch_port;
+  if (port != options.ports.front()) {
+    of_port.max_messages_per_s = kMaxBulkMessagesPerS;
+    of_port.watch_port.reset();
+  }
   return of_port;
 }
 

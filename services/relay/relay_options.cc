@@ -11,16 +11,14 @@ Status RelayProgramOptions::Check() const {
   for (const int port : ports) {
     if (const Status status = InRange("port", port, 1, 65535); !status.ok()) return status;
   }
-  if (watch_port) {
-    if (const Status status = InRange("watch_port", *watch_port, 1, 65535); !status.ok()) {
-      return status;
-    }
+  if (relay.watch_port) {
+    const Status status = InRange("watch_port", *relay.watch_port, 1, 65535);
+    if (!status.ok()) return status;
   }
   if (node.session_dir.empty() != node.lcm_url.empty()) {
     return InvalidArgument("--session and --lcm-url go together: the session's folder and its URL");
   }
-  return FirstError({InRange<size_t>("max_queue_mib", max_queue_mib, 1, 1024),
-                     InRange("max_clients", max_clients, 4, 10'000)});
+  return InRange("max_clients", relay.max_clients, 4, 10'000);
 }
 
 Program RelayProgram(RelayProgramOptions* options) {
@@ -32,7 +30,7 @@ Program RelayProgram(RelayProgramOptions* options) {
   program.add_place_options = [options](CLI::App& app) {
     app.add_option("port,--port", options->ports, "TCP ports, each a network of its own")
         ->capture_default_str();
-    app.add_flag("--loopback", options->loopback, "Listen to this host alone");
+    app.add_flag("--loopback", options->relay.loopback, "Listen to this host alone");
     app.add_option("--session", options->node.session_dir,
                    "Folder of the session that it serves: it then forwards what the session's keys "
                    "permit, and tells how it is");
@@ -43,7 +41,7 @@ Program RelayProgram(RelayProgramOptions* options) {
                    "anybody may say) or require (none); default: require where the URL leaves this "
                    "host, else warn")
         ->check(CLI::IsMember({"off", "warn", "require"}));
-    app.add_option("--watch-port", options->watch_port,
+    app.add_option("--watch-port", options->relay.watch_port,
                    "A further port for lcm-spy and lcm-logger on this host: in the clear, with all "
                    "messages of the first port; what is published there is dropped");
     app.add_option("--instance", options->node.instance, "Its name in the session")
@@ -51,9 +49,7 @@ Program RelayProgram(RelayProgramOptions* options) {
     app.add_flag("--verbose", options->node.verbose, "Log who comes and goes");
   };
   program.add_options = [options](CLI::App& app) {
-    app.add_option("--max-queue-mib", options->max_queue_mib,
-                   "Waiting for one client before it loses messages, MiB");
-    app.add_option("--max-clients", options->max_clients,
+    app.add_option("--max-clients", options->relay.max_clients,
                    "Connections a port, half of them from one address at most");
   };
   program.check = [options] { return options->Check(); };

@@ -97,7 +97,7 @@ void UploadDesk::OnPublished(const std::string& agent, const PublishedPhoto& pho
   }
   if (photo.status == image_ack_t::REFUSED) {
     LogInfo("a photo of {} was refused: {}", agent, photo.reason);
-    store_.Refuse(agent, photo.blob_id, photo.reason);
+    store_.Refuse(agent, photo.blob_id, {photo.cause, photo.reason});
   } else {
     acknowledged_.insert({agent, photo.blob_id});
     RemoveKnown();

@@ -43,12 +43,14 @@ class UploadDeskTest : public testing::Test {
     EXPECT_TRUE(store_->Finish(*receiver).ok());
     return blob_id;
   }
-  void Ack(const image_offer_t& offer, int8_t status, const std::string& reason = "") {
+  void Ack(const image_offer_t& offer, int8_t status, const std::string& reason = "",
+           int8_t cause = failure_t::OTHER) {
     image_ack_t ack{};
     ack.agent = offer.agent;
     ack.name = offer.name;
     ack.blob_id = offer.blob_id;
     ack.status = status;
+    ack.cause = cause;
     ack.reason = reason;
     ingest_.Publish(kImageAckChannel, ack);
   }
@@ -162,10 +164,13 @@ TEST_F(UploadDeskTest, TellsWhyPhotosWaitAndDropsThoseThatAreRefused) {
   Upload("anna", "a.jpg", "one");
   ASSERT_TRUE(RunUntil([&] { return store_->WaitReason("anna") == "disk is full"; }));
   EXPECT_EQ(store_->Waiting().size(), 1u);
-  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::REFUSED, "no JPEG"); };
+  on_offer_ = [&](const image_offer_t& offer) {
+    Ack(offer, image_ack_t::REFUSED, "no JPEG", failure_t::UNREADABLE);
+  };
   ASSERT_TRUE(RunUntil([&] { return store_->Waiting().empty(); }));
   ASSERT_EQ(store_->Refusals("anna").size(), 1u);
-  EXPECT_EQ(store_->Refusals("anna").begin()->second, "no JPEG");
+  EXPECT_EQ(store_->Refusals("anna").begin()->second.reason, "no JPEG");
+  EXPECT_EQ(store_->Refusals("anna").begin()->second.cause, +failure_t::UNREADABLE);
 }
 
 }  // namespace skein::upload_desk_test

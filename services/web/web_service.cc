@@ -71,7 +71,7 @@ WebService::WebService(Node& node, const WebOptions& options)
   }
   api_ = std::make_unique<SessionApi>(view_, Source(), kNumPoolThreads);
   shapes_ = std::make_unique<ShapeFollower>(node, api_->shapes(), FollowShapes());
-  dense_ = std::make_unique<DenseFollower>(node, api_->dense(), FollowDense());
+  dense_ = FollowDense();
   StartServer();
   subscriptions_ = {
       node.bus().Subscribe(kHeartbeatChannel, [this](const heartbeat_t& m) { OnHeartbeat(m); }),
@@ -123,16 +123,16 @@ ShapeFollowerOptions WebService::FollowShapes() {
   return options;
 }
 
-DenseFollowerOptions WebService::FollowDense() {
-  DenseFollowerOptions options;
-  options.is_live = [this](int64_t submap_id) {
-    return view_.With(
-        [&](const SessionRecord& session) { return session.state.IsLive(submap_id); });
-  };
-  options.on_points = [this](int64_t submap_id, const DensePoints& points) {
-    server_->TellLatest(DenseKey(submap_id), DenseMessage(submap_id, points));
-  };
-  return options;
+std::unique_ptr<DenseFollower> WebService::FollowDense() {
+  return std::make_unique<DenseFollower>(
+      node_, api_->dense(),
+      [this](int64_t submap_id) {
+        return view_.With(
+            [&](const SessionRecord& session) { return session.state.IsLive(submap_id); });
+      },
+      [this](int64_t submap_id, const DensePoints& points) {
+        server_->TellLatest(DenseKey(submap_id), DenseMessage(submap_id, points));
+      });
 }
 
 void WebService::StartServer() {

@@ -41,7 +41,7 @@ class WebService {
   SessionSource Source();
   void AddVisitors(SessionSource* source);
   ShapeFollowerOptions FollowShapes();
-  DenseFollowerOptions FollowDense();
+  std::unique_ptr<DenseFollower> FollowDense();
   void StartServer();
   void Fetch(const std::string& blob_id, const std::string& owner, SessionSource::Done done);
   void OnFact(const Fact& fact);

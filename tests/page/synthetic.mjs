@@ -262,7 +262,8 @@ const cases = {
     await page.locator('.unplaced_list li').nth(3).waitFor();
     const text = await page.locator('.unplaced_list').first().innerText();
     assert.match(text, /No other photo shows the same place yet/);
-    assert.match(text, /only in one corner or from too far/);
+    assert.match(text, /too little in common with what is mapped/);
+    assert.match(text, /no photo that can be read/);
     assert.match(text, /notes\.txt/);
     await page.evaluate(() => window.skein.select(12));
     await page.locator('.inspect h2').filter({ hasText: '<img src=x onerror=alert(1)>.jpg' }).waitFor();

@@ -83,7 +83,7 @@ const folds = {
     agent.last = Math.max(agent.last, e.received || e.t);
     if (!state.firstUtime || (e.received || e.t) < state.firstUtime) state.firstUtime = e.received || e.t;
     // It came after all.
-    state.refused = state.refused.filter((r) => !(r.vanished && r.agent === agent.name && r.name === name));
+    state.refused = state.refused.filter((r) => !(r.cause === 'vanished' && r.agent === agent.name && r.name === name));
   },
   described(state, e) {
     const photo = state.photos.get(e.image);
@@ -106,7 +106,7 @@ const folds = {
     const before = submap.trials.get(e.image)?.state === 'registered';
     const registered = e.state === 'registered';
     submap.trials.set(e.image, {
-      state: e.state, reason: e.reason ?? '', pose: e.pose ?? null, inliers: e.inliers ?? 0,
+      state: e.state, cause: e.cause ?? 'other', reason: e.reason ?? '', pose: e.pose ?? null, inliers: e.inliers ?? 0,
       visible: e.visible ?? 0, errorPx: e.error_px ?? null, s: e.s ?? null, t: e.t,
     });
     submap.numRegistered += registered - before;
@@ -156,13 +156,12 @@ const folds = {
   failure(state, e) {
     if (!e.image) {
       state.refused.push({
-        agent: e.agent ?? '', name: e.name ?? '', stage: e.stage ?? '', reason: e.reason ?? '', t: e.t,
-        vanished: (e.reason ?? '').startsWith('agent vanished'),
+        agent: e.agent ?? '', name: e.name ?? '', stage: e.stage ?? '', cause: e.cause ?? 'failed', reason: e.reason ?? '', t: e.t,
       });
       return;
     }
     const photo = state.photos.get(e.image);
-    if (photo && e.parked !== false) photo.failed = { stage: e.stage ?? '', reason: e.reason ?? '', t: e.t };
+    if (photo && e.parked !== false) photo.failed = { stage: e.stage ?? '', cause: e.cause ?? 'failed', reason: e.reason ?? '', t: e.t };
   },
   finish(state, e) {
     if (e.state === 'deadline' || e.state === 'cut') {
@@ -223,19 +222,20 @@ export function bestLink(state, imageId) {
   return best;
 }
 
-// 'placed', 'waiting' (in work, or its turn comes), 'unplaced' (tried in vain) or 'failed', with the reason.
+// standing: 'placed', 'waiting' (in work, or its turn comes), 'unplaced' (tried in vain) or 'failed'. cause: of the last two, a key
+// of words.js. reason: what a service says, or what is waited for.
 export function standingOf(state, photo) {
   const place = placeOf(state, photo.id);
   if (place) return { standing: 'placed', reason: '', ...place };
-  if (photo.failed) return { standing: 'failed', reason: photo.failed.reason, stage: photo.failed.stage };
+  if (photo.failed) return { standing: 'failed', ...photo.failed };
   if (!photo.described) return { standing: 'waiting', reason: 'waits for its features' };
-  if (photo.keypoints === 0) return { standing: 'unplaced', reason: 'no features' };
+  if (photo.keypoints === 0) return { standing: 'unplaced', cause: 'few details', reason: '', keypoints: 0 };
   if (!photo.matched) return { standing: 'waiting', reason: 'waits for its matches' };
   const refusal = refusalOf(state, photo.id);
-  if (refusal) return { standing: 'unplaced', reason: refusal.trial.reason, ...refusal };
-  if (!state.edges.get(photo.id)?.size) return { standing: 'unplaced', reason: 'no photo overlaps it' };
+  if (refusal) return { standing: 'unplaced', cause: refusal.trial.cause, reason: refusal.trial.reason, ...refusal };
+  if (!state.edges.get(photo.id)?.size) return { standing: 'unplaced', cause: 'no overlap', reason: '' };
   const finishedSince = state.finish?.state === 'done' && state.finish.utime >= photo.matched;
-  if (finishedSince) return { standing: 'unplaced', reason: 'no submap could take it' };
+  if (finishedSince) return { standing: 'unplaced', cause: state.finish.cut ? 'not in time' : 'weak overlap', reason: '' };
   return { standing: 'waiting', reason: 'waits for its place' };
 }
 
@@ -250,7 +250,7 @@ export function notPlacedOf(state) {
   }
   list.reverse();
   for (const refused of state.refused) {
-    list.push({ key: `r${refused.t}/${refused.agent}/${refused.name}`, refused, standing: { standing: 'failed', reason: refused.reason } });
+    list.push({ key: `r${refused.t}/${refused.agent}/${refused.name}`, refused, standing: { standing: 'failed', cause: refused.cause, reason: refused.reason } });
   }
   return list;
 }

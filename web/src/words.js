@@ -1,61 +1,52 @@
 // What the page says, in plain words. Pure functions.
 import { bestLink, liveSubmaps, photoName } from './fold.js';
 
-// Reasons as the services give them -> what that means at the site, and what would help. In order: the first
-// pattern that fits.
-const kReasons = [
-  [/^no features$/, 'Nothing to recognise in this photo: it is blurred, dark or shows a plain surface.',
-    'Take it again, sharp, with something textured in view.'],
-  [/^no photo overlaps it/, 'No other photo shows the same place yet.',
-    'Take photos between here and the map. Each should share about half of its view with the one before.'],
-  [/^too few visible points/, 'It shows too little of what is mapped so far.',
-    'Take more photos of this part from nearby, so that the map grows up to it.'],
-  [/^too few inliers|^too small a part of the visible points fits/,
-    'What it shows does not fit the map well enough to tell where it was taken.',
-    'Take another one from a little closer to photos that are placed, without moving things in view.'],
-  [/^camera parameters out of range/, 'Its lens could not be told: zoom or size do not fit.',
-    'Keep the zoom, and send photos as the camera stored them, not cropped.'],
-  [/^pose badly determined/, 'It sees the map only in one corner or from too far, so its position would be uncertain.',
-    'Step closer or turn, so that mapped things fill more of the view.'],
-  [/visually similar place/, 'It could be of one of several places that look alike.',
-    'Take photos on the way from a place that is clearly told apart: doors, signs, corners.'],
-  [/^ambiguous/, 'Two positions fit it equally well, as with repeated windows or tiles.',
-    'Take one with something unique in view, for instance a corner or a sign.'],
-  [/^pose disagrees with|^contradicted by|most matches contradict|^too few observations left/,
-    'Its first position was proved wrong by its neighbours.',
-    'Nothing to do at once: it is tried again. More photos between its neighbours help.'],
-  [/^not registered again/, 'Its map was taken over by another process, and it waits for its turn.',
-    'Nothing to do: it is tried again.'],
-  [/^not tried in time/, 'The finish ended before its turn came.', 'Finish again with more time.'],
-  [/^no submap could take it/, 'It matches other photos, but none of the maps could take it.',
-    'Take more photos around it.'],
-  [/^agent vanished/, 'The connection was lost while it was being sent.', 'Start the agent again: it sends what is missing.'],
-  [/a side is shorter than/, 'It is too small.', 'Send photos in their full size.'],
-  [/megapixels|bytes, more than/, 'It is larger than this session takes.',
-    'Send it smaller, or raise the limit of the ingest service.'],
-  [/^(HEIC|AVIF) photo/, (format) => `Its format is ${format}. This session takes JPEG, PNG and TIFF.`,
-    'iPhone: Settings > Camera > Formats > Most Compatible; when sharing, Options > Most Compatible. Android: switch off HEIF, or “high efficiency”, in the camera’s settings.'],
-  [/decod|not a |no image|damaged|truncat|header|format/i, 'It is damaged, or no photo that can be read.',
-    'Send it again as JPEG, PNG or TIFF.'],
-  [/^refused by the ledger/, 'Its place was refused, as its map changed hands.', 'Nothing to do: it is tried again.'],
-];
+const percent = (share) => `${Math.round(100 * share)} %`;
+const nearer = (other, otherwise) => (other ? `Take another one nearer to where ${other} was taken.` : otherwise);
 
-// {what, help}: sentences. Unknown reasons are shown as they are.
-export function explain(reason) {
-  for (const [pattern, what, help] of kReasons) {
-    const found = pattern.exec(reason);
-    if (found) return { what: typeof what === 'function' ? what(...found.slice(1)) : what, help };
-  }
-  const what = sentence(reason) || 'No reason was given.';
-  return { what, help: 'The log of the service has more.' };
+// Meaning of each cause at the site, and what would help. The names are those of libs/session/diagnosis.cc and
+// libs/session/state_names.cc. A function takes the figures of libs/web/diagnosis_json.h; standingOf() tells few of them.
+const kCauses = {
+  'too dark': ({ brightness }) => [`Too dark: mean grey level ${percent(brightness)}.`,
+    'Is the lens covered? If not, expose longer or bring light, and take it again.'],
+  'too bright': ({ brightness }) => [`Too bright: mean grey level ${percent(brightness)}.`, 'Expose shorter, and take it again.'],
+  blurred: ({ blur }) => [`Blurred: ${percent(blur)}, where sharp photos have 20 %.`, 'Hold the camera still, wait for its focus, and take it again.'],
+  'few details': ({ keypoints, coverage }) => [
+    keypoints > 0 ? `Few details: ${plural(keypoints, 'keypoint')}, on ${percent(coverage)} of the photo.`
+      : 'Nothing to recognise in this photo: it is blurred, dark or shows a plain surface.',
+    'Take it again, sharp, with something textured in view.'],
+  'no overlap': () => ['No other photo shows the same place yet.',
+    'Take photos between here and the map. Each should share about half of its view with the one before.'],
+  'weak overlap': ({ inliers, needed, other }) => [
+    inliers < needed ? `${inliers} of ${needed} common points with ${other}.` : 'What it shows has too little in common with what is mapped so far.',
+    other ? `Take another one halfway towards where ${other} was taken.` : 'Take more photos of this part from nearby, so that the map grows up to it.'],
+  'rotation only': ({ other }) => ['Taken from the same spot as all photos that overlap it.',
+    `Take a step sideways, a tenth of the distance to what ${other || 'it'} shows, and take another one.`],
+  'flat surface only': () => ['It and what overlaps it show one flat surface alone.', 'Take it again with something in view that stands out of the surface.'],
+  'similar place': () => ['It could be of one of several places that look alike.',
+    'Take photos on the way from a place that is clearly told apart: doors, signs, corners.'],
+  contradicted: ({ other }) => ['Its matches lead to different positions.', nearer(other, 'It is tried again. More photos between its neighbours help.')],
+  camera: () => ['Its lens could not be told: zoom or size do not fit.', 'Keep the zoom, and send photos as the camera stored them, not cropped.'],
+  'not in time': () => ['The finish ended before its turn came.', 'Finish again with more time.'],
+  other: ({ reason }) => [sentence(reason) || kNoReason, 'Nothing to do: it is tried again.'],
+  failed: ({ reason }) => [sentence(reason) || kNoReason, 'Take it again, or send it again as a JPEG.'],
+  unreadable: () => ['It is damaged, or no photo that can be read.', 'Send it again as JPEG, PNG or TIFF.'],
+  'phone format': () => ['Its format is HEIC or AVIF. This session takes JPEG, PNG and TIFF.',
+    'iPhone: Settings > Camera > Formats > Most Compatible; when sharing, Options > Most Compatible. Android: switch off HEIF, or “high efficiency”, in the camera’s settings.'],
+  'too small': () => ['It is too small.', 'Send photos in their full size.'],
+  'too large': () => ['It is larger than this session takes.', 'Send it smaller, or raise the limit of the ingest service.'],
+  vanished: () => ['The connection was lost while it was being sent.', 'Start the agent again: it sends what is missing.'],
+};
+const kNoReason = 'No reason was given.';
+
+// {what, help}: sentences for a photo that is not placed. told: {cause, reason, figures} of a diagnosis, or of standingOf().
+export function explain(told) {
+  const known = Object.hasOwn(kCauses, told.cause) ? kCauses[told.cause] : kCauses.failed;
+  const [what, help] = known(told);
+  return { what, help };
 }
 
 export const sentence = (text) => (text ? text[0].toUpperCase() + text.slice(1) + (/[.!?]$/.test(text) ? '' : '.') : '');
-
-// The same, as the session tells it of a photo ({what, remedy} of a status' diagnoses) while one looks at the present.
-export function advise(diagnosis, reason) {
-  return diagnosis?.remedy ? { what: sentence(diagnosis.what), help: sentence(diagnosis.remedy) } : explain(reason);
-}
 
 export const plural = (n, one, many = one + 's') => `${groups(n)} ${n === 1 ? one : many}`;
 

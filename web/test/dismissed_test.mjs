@@ -29,8 +29,8 @@ function session() {
   for (const image of [1, 2, 3, 4]) events.push({ kind: 'described', image, keypoints: image === 4 ? 0 : 100 });
   events.push({ kind: 'matched', image: 1, pairs: [] }, { kind: 'matched', image: 2, pairs: [] }, { kind: 'matched', image: 3, pairs: [[1, 40]] });
   events.push({ kind: 'submap', submap: 1, state: 'seeded' }, { kind: 'registration', image: 1, submap: 1, state: 'registered' });
-  events.push({ kind: 'registration', image: 3, submap: 1, state: 'deferred', reason: 'too few inliers' });
-  events.push({ kind: 'failure', image: 0, agent: 'anna', name: 'notes.txt', reason: 'not a JPEG', parked: true });
+  events.push({ kind: 'registration', image: 3, submap: 1, state: 'deferred', cause: 'weak overlap', reason: 'too few inliers' });
+  events.push({ kind: 'failure', image: 0, agent: 'anna', name: 'notes.txt', cause: 'unreadable', reason: 'not a JPEG', parked: true });
   events.forEach((event, i) => fold(state, { ...event, seq: i + 1, t: (10 + i) * 1e6 }));
   return state;
 }
@@ -70,7 +70,7 @@ test('A dismissed photo that is placed after all counts again if it leaves its m
   more(state, { kind: 'registration', image: 3, submap: 1, state: 'registered' });
   dismissed.forgetPlaced(state);
   assert.equal(dismissed.list.length, 3);
-  more(state, { kind: 'registration', image: 3, submap: 1, state: 'withdrawn', reason: 'contradicted by others' });
+  more(state, { kind: 'registration', image: 3, submap: 1, state: 'withdrawn', cause: 'contradicted', reason: 'contradicted by others' });
   assert.equal(notPlacedOf(state).filter(({ key }) => !dismissed.has(key)).length, 1);
 });
 

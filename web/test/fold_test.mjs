@@ -9,7 +9,7 @@ function session(...events) {
   return events.map((e, i) => ({ seq: i + 1, t: 1e15 + i * 1e6, ...e }));
 }
 const photo = (image, agent = 'a', more = {}) => ({ kind: 'photo', image, agent, name: `${image}.jpg`, width: 4, height: 3, received: 1e15, ...more });
-const registration = (image, submap, state, reason = '') => ({ kind: 'registration', image, submap, state, reason, pose: [1, 0, 0, 0, 0, 0, 0] });
+const registration = (image, submap, state, reason = '', cause = 'weak overlap') => ({ kind: 'registration', image, submap, state, cause, reason, pose: [1, 0, 0, 0, 0, 0, 0] });
 const foldAll = (events) => events.reduce(fold, emptyState());
 const standing = (state, image) => standingOf(state, state.photos.get(image)).standing;
 
@@ -24,13 +24,14 @@ test('A photo goes from waiting to placed', () => {
   assert.equal(latencies[0].s, 3);
 });
 
-test('Without keypoints, without overlap and refused photos are not placed, each with its reason', () => {
+test('Without keypoints, without overlap and refused photos are not placed, each with its cause', () => {
   const described = (image, keypoints) => ({ kind: 'described', image, keypoints });
   const state = foldAll(session(
     photo(1), described(1, 0), photo(2), described(2, 9), { kind: 'matched', image: 2, pairs: [] },
     photo(3), described(3, 9), { kind: 'matched', image: 3, pairs: [[4, 20]] }, registration(3, 1, 'deferred', 'too few inliers')));
-  const reasons = [1, 2, 3].map((i) => standingOf(state, state.photos.get(i)).reason);
-  assert.deepEqual(reasons, ['no features', 'no photo overlaps it', 'too few inliers']);
+  const standings = [1, 2, 3].map((i) => standingOf(state, state.photos.get(i)));
+  assert.deepEqual(standings.map((s) => s.cause), ['few details', 'no overlap', 'weak overlap']);
+  assert.deepEqual(standings.map((s) => s.reason), ['', '', 'too few inliers']);
   assert.equal(summarize(state).counts.unplaced, 3);
 });
 
@@ -70,13 +71,14 @@ test('A merge that is undone leaves both submaps as they were; a failed attempt 
 });
 
 test('Only parked failures count; refused offers count as received; one that came after all does not', () => {
-  const failure = (image, name, parked, reason) => ({ kind: 'failure', image, agent: 'a', name, stage: 's', reason, parked });
-  const state = foldAll(session(photo(1), failure(1, '1.jpg', false, 'once'), failure(0, 'notes.txt', true, 'no photo'), failure(0, '2.jpg', true, 'agent vanished while sending')));
+  const failure = (image, name, parked, cause) => ({ kind: 'failure', image, agent: 'a', name, stage: 's', cause, reason: 'x', parked });
+  const state = foldAll(session(photo(1), failure(1, '1.jpg', false, 'failed'), failure(0, 'notes.txt', true, 'unreadable'), failure(0, '2.jpg', true, 'vanished')));
   assert.deepEqual(summarize(state).counts, { received: 3, described: 0, matched: 0, placed: 0, waiting: 1, unplaced: 0, failed: 2 });
   fold(state, { seq: 50, t: 2e15, ...photo(2) });
   assert.equal(summarize(state).counts.received, 3);
-  fold(state, { seq: 51, t: 2e15, ...failure(1, '1.jpg', true, 'at last') });
+  fold(state, { seq: 51, t: 2e15, ...failure(1, '1.jpg', true, 'failed') });
   assert.equal(standing(state, 1), 'failed');
+  assert.equal(standingOf(state, state.photos.get(1)).cause, 'failed');
 });
 
 test('What matched without a verdict is not placed once the session is finished', () => {
@@ -86,6 +88,7 @@ test('What matched without a verdict is not placed once the session is finished'
   assert.equal(standing(foldAll(events.slice(0, 5)), 1), 'waiting');
   const state = foldAll(events);
   assert.equal(standing(state, 1), 'unplaced');
+  assert.equal(standingOf(state, state.photos.get(1)).cause, 'not in time');
   assert.deepEqual([state.finish.state, state.finish.cut], ['done', true]);
 });
 

@@ -1,50 +1,47 @@
 import assert from 'node:assert/strict';
-import { readFileSync, readdirSync } from 'node:fs';
+import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
 import { uprightPoint, uprightSize } from '../src/orientation.js';
-import { advise, area, bytes, explain, groups, heapWords, height, length, plural, seconds, volume, whatHappens } from '../src/words.js';
+import { area, bytes, explain, groups, heapWords, height, length, plural, seconds, volume, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
 const root = new URL('../../', import.meta.url);
-const sources = (folder) => readdirSync(new URL(folder, root), { withFileTypes: true })
-  .filter((f) => f.name.endsWith('.cc') && !f.name.endsWith('_test.cc')).map((f) => readFileSync(new URL(`${folder}/${f.name}`, root), 'utf8'));
-const unknown = explain('something new').help;
+const names = (path, from) => [...readFileSync(new URL(path, root), 'utf8').split(from)[1].split('\n}\n')[0].matchAll(/return "([^"]+)"/g)].map((m) => m[1]);
+const figures = { reason: 'x', inliers: 17, needed: 30, other: 'alice/1.jpg', brightness: 0.03, blur: 0.5, coverage: 0.2, keypoints: 120 };
 
-test('Each reason that the mapping library gives is explained', () => {
-  const text = sources('libs/mapping').join('\n');
-  const reasons = [...text.matchAll(/Refusal::Cause::\w+,\s*"([^"]+)"/g)].map((m) => m[1]);
-  assert.ok(reasons.length >= 12, `only ${reasons.length} reasons were found`);
-  for (const reason of reasons) assert.notEqual(explain(reason).help, unknown, reason);
+test('Each cause that the session tells is explained, with and without its figures', () => {
+  const causes = [...names('libs/session/diagnosis.cc', 'const char* CauseName('), ...names('libs/session/diagnosis.cc', 'const char* TrialCauseName('),
+    ...names('libs/session/state_names.cc', 'const char* FailureCauseName(')];
+  assert.ok(causes.length >= 20, `only ${causes.length} causes were found`);
+  for (const cause of causes) {
+    if (cause === 'waiting') continue; // no photo that waits is listed
+    const { what, help } = explain({ ...figures, cause });
+    for (const text of [what, help]) assert.match(text, /^[A-Za-z0-9].*[.?!]$/, cause);
+    assert.doesNotMatch(what + help, /undefined|NaN/, cause);
+    if (cause !== 'failed') assert.notDeepEqual({ what, help }, explain({ ...figures, cause: 'failed' }), `${cause} has no words`);
+  }
 });
 
-test('What the session knows of a photo goes before what its last trial said', () => {
-  const told = { what: '17 of 30 inliers with alice/1.jpg', remedy: 'go nearer' };
-  assert.deepEqual(advise(told, 'too few inliers'), { what: '17 of 30 inliers with alice/1.jpg.', help: 'Go nearer.' });
-  assert.deepEqual(advise(undefined, 'too few inliers'), explain('too few inliers'));
-});
-
-test('Each reason that the page itself finds is explained', () => {
-  const text = readFileSync(new URL('web/src/fold.js', root), 'utf8');
-  const reasons = ['no features', 'no photo overlaps it', 'no submap could take it'];
-  for (const reason of reasons) {
-    assert.ok(text.includes(`'${reason}'`), `fold.js no longer says "${reason}"`);
-    assert.notEqual(explain(reason).help, unknown);
-    assert.equal(explain(`${reason}; best link: 34 inliers with a/1.jpg`).what === undefined, false);
+test('A diagnosis tells its figures; what is known of the past has none', () => {
+  assert.equal(explain({ ...figures, cause: 'weak overlap' }).what, '17 of 30 common points with alice/1.jpg.');
+  assert.match(explain({ ...figures, inliers: 200, cause: 'weak overlap' }).what, /too little in common/);
+  assert.equal(explain({ ...figures, cause: 'few details' }).what, 'Few details: 120 keypoints, on 20 % of the photo.');
+  for (const cause of ['no overlap', 'weak overlap', 'similar place', 'contradicted', 'camera', 'not in time', 'other', 'unreadable']) {
+    const { what, help } = explain({ cause, reason: '' });
+    assert.doesNotMatch(what + help, /undefined|NaN/, cause);
   }
 });
 
 test('A format that phones store is told with what to do about it', () => {
   const advice = readFileSync(new URL('libs/photo/heif.h', root), 'utf8');
   assert.match(advice, /Settings > Camera > Formats > Most Compatible/);
-  const { what, help } = explain('HEIC photo: JPEG, PNG and TIFF are taken. iPhone: ...');
-  assert.equal(what, 'Its format is HEIC. This session takes JPEG, PNG and TIFF.');
-  assert.match(help, /Settings > Camera > Formats > Most Compatible/);
+  assert.match(explain({ cause: 'phone format', reason: '' }).help, /Settings > Camera > Formats > Most Compatible/);
 });
 
-test('An unknown reason is told as it is', () => {
-  assert.equal(explain('the lens is wet').what, 'The lens is wet.');
-  assert.equal(explain('').what, 'No reason was given.');
+test('A failure of a stage, and a cause of a later version, are told by their reason', () => {
+  for (const cause of ['failed', 'other', 'the lens is wet', undefined]) assert.equal(explain({ cause, reason: 'the lens is wet' }).what, 'The lens is wet.');
+  assert.equal(explain({ cause: 'failed', reason: '' }).what, 'No reason was given.');
 });
 
 test('What happens is told in a sentence at each moment of a session', () => {

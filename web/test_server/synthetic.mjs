@@ -153,7 +153,7 @@ export function makeSession({ photosEach = 24, numPoints = 30000, seed = 1, star
       ...(gps ? { gps: [52.5 + photo.centre[1] / 111132.95, 13.4 + photo.centre[0] / (111319.49 * Math.cos((52.5 * Math.PI) / 180)), 34 + photo.centre[2]] } : {}),
     });
     if (id === failedId) {
-      add(t + 300_000, 'failure', { image: id, agent: photo.agent, name: photo.name, stage: 'features', reason: 'decodes to 0 x 0 pixels (features-1)', parked: true });
+      add(t + 300_000, 'failure', { image: id, agent: photo.agent, name: photo.name, stage: 'features', cause: 'failed', reason: 'decodes to 0 x 0 pixels (features-1)', parked: true });
       continue;
     }
     t += 420_000 + 200_000 * random();
@@ -174,7 +174,7 @@ export function makeSession({ photosEach = 24, numPoints = 30000, seed = 1, star
     firstOf[photo.submap].push(photo);
     const common = { image: id, submap, inliers: 480 + Math.floor(300 * random()), visible: 900, error_px: 0.52, s: 0.21 };
     if (refusedIds.has(id)) {
-      if (id === 17) add(t, 'registration', { ...common, state: 'deferred', reason: 'pose badly determined by its inliers', inliers: 41, visible: 120 });
+      if (id === 17) add(t, 'registration', { ...common, state: 'deferred', cause: 'weak overlap', reason: 'pose badly determined by its inliers', inliers: 41, visible: 120 });
       continue;
     }
     const waiting = firstOf[photo.submap];
@@ -199,7 +199,7 @@ export function makeSession({ photosEach = 24, numPoints = 30000, seed = 1, star
       merged = t + 1_950_000;
     }
   }
-  add(photos[9].received + 10_000, 'failure', { image: 0, agent: 'anna', name: 'notes.txt', stage: 'ingest', reason: 'not a JPEG, PNG or TIFF', parked: true });
+  add(photos[9].received + 10_000, 'failure', { image: 0, agent: 'anna', name: 'notes.txt', stage: 'ingest', cause: 'unreadable', reason: 'not a JPEG, PNG or TIFF', parked: true });
   add(photos[5].received, 'merge', { merge: 0, state: 'failed', source: 2, target: 1, reason: 'too few common photos', s: 0.02 });
   const last = Math.max(...events.map((e) => e.t));
   ['requested', 'drained', 'settled'].forEach((state, i) => add(last + 1_500_000 * (i + 1), 'finish', { finish: 990, state }));

@@ -2,7 +2,7 @@
 import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
 import { showTroubles } from '../ui/troubles.js';
-import { advise, bytes as size, groups, plural } from '../words.js';
+import { bytes as size, explain, groups, plural } from '../words.js';
 import { adviceWords, Ghost, showAdvice } from './advice.js';
 import { Camera } from './camera.js';
 import { gpsOf, Place } from './place.js';
@@ -348,7 +348,7 @@ function wordsOf(photo) {
   if (photo.state === 'received' && photo.reason) return ['Received', photo.reason, ''];
   const known = kWords[photo.state];
   if (known) return [...known, ''];
-  const { what, help } = advise({ what: photo.reason, remedy: photo.remedy }, photo.reason);
+  const { what, help } = explain(photo);
   return [{ refused: 'Refused', lost: 'Lost', failed: 'Failed' }[photo.state] ?? 'Not placed', what, help];
 }
 

@@ -1,7 +1,7 @@
 // The photos of this phone, by the SHA-256 of their bytes, in IndexedDB: they outlive the page, the browser and a dead
 // battery. A photo's bytes stay until the session's ledger has it; its thumbnail and its state stay.
 //
-// A photo: {sha, name, size, taken (utime in microseconds), gps ([lat, lon], [lat, lon, alt] or null), added, state, reason, image,
+// A photo: {sha, name, size, taken (utime in microseconds), gps ([lat, lon], [lat, lon, alt] or null), added, state, reason, cause, image,
 // offset, thumbnail (Blob or null), bytes (Blob; null once the ledger has it)}
 
 const kDatabase = 'skein.photos';

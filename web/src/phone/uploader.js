@@ -16,7 +16,15 @@ const kInLedger = new Set(['waiting', 'placed', 'unplaced', 'failed']);
 const kDecided = new Set(['placed', 'failed', 'refused', 'lost']);
 export const hasArrived = (photo) => photo.state === 'received' || kInLedger.has(photo.state);
 
-class Refused extends Error {}
+// Of a photo that is in no map, as words.js takes them. libs/web/diagnosis_json.h tells all but `image`.
+const kTold = { reason: '', cause: '', image: 0, inliers: 0, needed: 0, other: '', brightness: 0, blur: 0, coverage: 0, keypoints: 0 };
+
+class Refused extends Error {
+  constructor(reason, cause = 'failed') {
+    super(reason);
+    this.cause = cause;
+  }
+}
 class NotNow extends Error {}
 
 export class Uploader {
@@ -71,7 +79,7 @@ export class Uploader {
 
   async failed(photo, error) {
     if (error instanceof Refused) {
-      await this.change(photo.sha, { state: 'refused', reason: error.message });
+      await this.change(photo.sha, { state: 'refused', reason: error.message, cause: error.cause });
       return;
     }
     if (this.stopped) return;
@@ -132,7 +140,7 @@ export class Uploader {
       throw new NotNow(error);
     }
     if (answer.status >= 500 || answer.status === 429 || answer.status === 408) throw new NotNow(error);
-    throw new Refused(error);
+    throw new Refused(error, answer.status === 413 ? 'too large' : 'failed');
   }
 
   async request(path, options, patienceMs) {
@@ -187,15 +195,16 @@ export class Uploader {
     for (const [i, told] of states.entries()) await this.learn(photos[i], told);
   }
 
-  async learn(photo, { state, reason = '', remedy = '', image = 0 }) {
+  async learn(photo, { state, ...told }) {
     if (state === 'unknown' || state === 'receiving') {
       // It was received, and the server's folder has lost it since.
       const bytes = await this.queue.bytesOf(photo.sha);
-      await this.change(photo.sha, bytes ? { state: 'queued', reason: '' } : { state: 'lost', reason: 'the server no longer has it, nor does this phone' });
+      await this.change(photo.sha, bytes ? { state: 'queued', reason: '' } : { state: 'lost', cause: 'failed', reason: 'the server no longer has it, nor does this phone' });
       this.pump();
       return;
     }
     if (kInLedger.has(state) && !kInLedger.has(photo.state)) await this.queue.dropBytes(photo.sha);
-    await this.change(photo.sha, { state, reason, remedy, image });
+    const known = Object.entries(kTold).map(([key, none]) => [key, told[key] ?? none]);
+    await this.change(photo.sha, { state, ...Object.fromEntries(known) });
   }
 }

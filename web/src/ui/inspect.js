@@ -3,7 +3,7 @@ import { agentColour } from '../colours.js';
 import { photoName, standingOf } from '../fold.js';
 import { uprightPoint, uprightSize } from '../orientation.js';
 import { photoUrl, thumbnailUrl } from '../photo_urls.js';
-import { advise, bytes, clock, coordinateWords, groups, linkWords, plural, seconds } from '../words.js';
+import { bytes, clock, coordinateWords, explain, groups, linkWords, plural, seconds } from '../words.js';
 import { h, icon, svg } from './dom.js';
 
 const kMatchesShown = 60;
@@ -62,10 +62,10 @@ export class Inspect {
         h('button', { type: 'button', className: 'plain', onclick: () => this.lookAt(photo.id), dataset: { keep: 'look' } }, icon('look'), 'Look'));
     }
     if (standing.standing === 'waiting') return h('div', { className: 'verdict waiting' }, h('p', {}, h('b', {}, 'Waiting'), `It ${standing.reason}.`));
-    const { what, help } = advise(diagnosisOf(view, photo.id), standing.reason);
+    const { what, help } = explain(diagnosisOf(view, photo.id) ?? standing);
     return h('div', { className: 'verdict unplaced' },
       h('p', {}, h('b', {}, standing.standing === 'failed' ? 'Failed' : 'Not placed'), what), h('p', { className: 'help' }, help),
-      h('p', { className: 'muted' }, [linkWords(view.state, photo.id), `The service says: ${standing.reason || 'nothing'}.`].filter(Boolean).join(' ')));
+      h('p', { className: 'muted' }, [linkWords(view.state, photo.id), standing.reason && `The service says: ${standing.reason}.`].filter(Boolean).join(' ')));
   }
 
   matches(view, photo) {
@@ -133,10 +133,10 @@ function signatureOf(view) {
   if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.photo, selection.seen ?? null]);
   const photo = state.photos.get(selection.image);
   if (!photo) return `absent ${selection.image}`;
-  const { standing, reason, submap, trial } = standingOf(state, photo);
+  const { standing, cause, reason, submap, trial } = standingOf(state, photo);
   const edges = state.edges.get(photo.id);
   return JSON.stringify([
-    theme, photo.id, photo.described, photo.matched, photo.firstPlaced, standing, reason, diagnosisOf(view, photo.id)?.what, submap?.id, trial?.inliers, edges?.size,
+    theme, photo.id, photo.described, photo.matched, photo.firstPlaced, standing, cause, reason, diagnosisOf(view, photo.id), submap?.id, trial?.inliers, edges?.size,
     [...(edges ?? [])].slice(-3),
   ]);
 }

@@ -1,7 +1,7 @@
 // Photos that are not placed: what is wrong with each and what would help; trying them again; dismissing them.
 import { notPlacedOf, photoName } from '../fold.js';
 import { thumbnailUrl } from '../photo_urls.js';
-import { advise, groups, linkWords, plural, retryWords } from '../words.js';
+import { explain, groups, linkWords, plural, retryWords } from '../words.js';
 import { h, keyed, setText } from './dom.js';
 import { askToFinish } from './finish.js';
 
@@ -95,7 +95,7 @@ class PhotoList {
     setText(this.more, `And ${groups(entries.length - kShown)} more.`);
     this.more.hidden = entries.length <= kShown;
     keyed(this.list, entries.slice(0, kShown), (entry) => entry.key, this.make, (row, { photo, refused, standing }) => {
-      const { what, help } = advise(diagnoses.get(photo?.id), standing.reason);
+      const { what, help } = explain(diagnoses.get(photo?.id) ?? standing);
       const [text] = row.getElementsByClassName('text');
       const [name, whatLine, helpLine, link] = text.children;
       setText(name, photo ? photoName(photo.agent, photo.name) : photoName(refused.agent, refused.name));
