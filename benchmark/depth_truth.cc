@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <opencv2/imgproc.hpp>
-#include <sstream>
 #include <stdexcept>
+
+#include "benchmark/ply_mesh.h"
 
 namespace skein {
 namespace {
@@ -50,31 +50,15 @@ double Share(size_t part, size_t all) {
 }  // namespace
 
 sim::Scene ReadSurfaces(const std::string& file) {
-  std::ifstream in(file);
-  std::string line;
-  size_t vertices = 0, faces = 0;
-  while (std::getline(in, line) && line != "end_header") {
-    std::istringstream words(line);
-    std::string element, kind;
-    size_t count = 0;
-    if (words >> element >> kind >> count && element == "element") {
-      (kind == "vertex" ? vertices : faces) = count;
-    }
-  }
-  std::vector<Eigen::Vector3f> corners(vertices);
-  for (auto& c : corners) in >> c.x() >> c.y() >> c.z();
+  const PlyMesh mesh = ReadPlyMesh(file);
   std::vector<sim::Surface> surfaces;
-  for (size_t i = 0; i < faces; ++i) {
-    size_t count = 0;
-    in >> count;
-    if (count != 3 && count != 4) break;
-    std::vector<Eigen::Vector3f> of_face;
-    for (size_t k = 0, index = 0; k < count && in >> index; ++k) {
-      of_face.push_back(corners.at(index));
-    }
-    if (of_face.size() == count) surfaces.push_back(SurfaceOf(of_face));
+  for (const std::vector<uint32_t>& face : mesh.faces) {
+    if (face.size() > 4) break;
+    std::vector<Eigen::Vector3f> corners;
+    for (const uint32_t index : face) corners.push_back(mesh.vertices[index].cast<float>());
+    surfaces.push_back(SurfaceOf(corners));
   }
-  if (faces == 0 || surfaces.size() != faces) {
+  if (surfaces.empty() || surfaces.size() != mesh.faces.size()) {
     throw std::runtime_error(file + " is not one of skein sim's surfaces.ply");
   }
   return sim::Scene(surfaces);

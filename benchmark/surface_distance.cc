@@ -2,29 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <limits>
+#include <random>
 #include <stdexcept>
 
 namespace skein {
 namespace {
-
-struct PlyHeader {
-  size_t num_vertices = 0, num_faces = 0;
-};
-
-PlyHeader ReadHeader(std::istream& in, const std::string& file) {
-  PlyHeader header;
-  std::string line;
-  bool ascii = false;
-  while (std::getline(in, line) && line != "end_header") {
-    ascii |= line == "format ascii 1.0";
-    if (line.rfind("element vertex ", 0) == 0) header.num_vertices = std::stoul(line.substr(15));
-    if (line.rfind("element face ", 0) == 0) header.num_faces = std::stoul(line.substr(13));
-  }
-  if (!ascii || header.num_faces == 0) throw std::runtime_error(file + ": no ASCII PLY with faces");
-  return header;
-}
 
 double DistanceToSegment(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                          const Eigen::Vector3d& b) {
@@ -47,44 +29,66 @@ double DistanceToTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
       {DistanceToSegment(p, a, b), DistanceToSegment(p, b, c), DistanceToSegment(p, c, a)});
 }
 
-}  // namespace
-
-SurfaceDistance::SurfaceDistance(const std::string& file) {
-  std::ifstream in(file);
-  const PlyHeader header = ReadHeader(in, file);
-  std::vector<Eigen::Vector3d> vertices(header.num_vertices);
-  for (Eigen::Vector3d& v : vertices) in >> v.x() >> v.y() >> v.z();
-  for (size_t i = 0; i < header.num_faces; ++i) {
-    size_t num_corners = 0;
-    in >> num_corners;
-    if (!in || num_corners < 3 || num_corners > 64) throw std::runtime_error(file + ": damaged");
-    std::vector<Eigen::Vector3d> corners;
-    for (size_t k = 0, index = 0; k < num_corners; ++k) {
-      in >> index;
-      if (!in || index >= vertices.size()) throw std::runtime_error(file + ": damaged");
-      corners.push_back(vertices[index]);
+// The faces, each as a fan: calls function(a, b, c).
+template <typename Function>
+void ForEachTriangle(const PlyMesh& mesh, const Function& function) {
+  for (const std::vector<uint32_t>& face : mesh.faces) {
+    for (size_t k = 2; k < face.size(); ++k) {
+      function(mesh.vertices[face[0]], mesh.vertices[face[k - 1]], mesh.vertices[face[k]]);
     }
-    AddFace(corners);
   }
 }
 
-void SurfaceDistance::AddFace(const std::vector<Eigen::Vector3d>& corners) {
-  for (size_t k = 2; k < corners.size(); ++k) {
-    Triangle triangle{corners[0], corners[k - 1], corners[k], {}};
-    for (const Eigen::Vector3d& corner : {triangle.a, triangle.b, triangle.c}) {
-      triangle.box.extend(corner);
-    }
-    triangles_.push_back(triangle);
+}  // namespace
+
+// Eigen asks it for the least distance within a box, then of a triangle.
+struct SurfaceDistance::Nearest {
+  using Scalar = double;
+  const Eigen::Vector3d& point;
+
+  double minimumOnVolume(const Eigen::AlignedBox3d& box) const {
+    return box.exteriorDistance(point);
   }
+  double minimumOnObject(const Triangle& triangle) const {
+    return DistanceToTriangle(point, triangle.a, triangle.b, triangle.c);
+  }
+};
+
+SurfaceDistance::SurfaceDistance(const PlyMesh& mesh) {
+  std::vector<Triangle> triangles;
+  ForEachTriangle(mesh, [&](const auto& a, const auto& b, const auto& c) {
+    triangles.push_back({a, b, c});
+  });
+  if (triangles.empty()) throw std::runtime_error("a mesh without faces");
+  triangles_.init(triangles.begin(), triangles.end());
 }
 
 double SurfaceDistance::operator()(const Eigen::Vector3d& point) const {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (const Triangle& triangle : triangles_) {
-    if (triangle.box.exteriorDistance(point) >= nearest) continue;
-    nearest = std::min(nearest, DistanceToTriangle(point, triangle.a, triangle.b, triangle.c));
+  Nearest nearest{point};
+  return Eigen::BVMinimize(triangles_, nearest);
+}
+
+std::vector<Eigen::Vector3d> SampleByArea(const PlyMesh& mesh, size_t count) {
+  std::vector<double> areas;
+  std::vector<Eigen::Matrix3d> triangles;
+  ForEachTriangle(mesh, [&](const auto& a, const auto& b, const auto& c) {
+    areas.push_back((b - a).cross(c - a).norm() / 2);
+    triangles.emplace_back();
+    triangles.back() << a, b - a, c - a;
+  });
+  std::mt19937_64 random(1);
+  std::discrete_distribution<size_t> choose(areas.begin(), areas.end());
+  std::uniform_real_distribution<double> part(0, 1);
+  std::vector<Eigen::Vector3d> samples;
+  while (!areas.empty() && samples.size() < count) {
+    double u = part(random), v = part(random);
+    if (u + v > 1) {
+      u = 1 - u;
+      v = 1 - v;
+    }
+    samples.emplace_back(triangles[choose(random)] * Eigen::Vector3d(1, u, v));
   }
-  return nearest;
+  return samples;
 }
 
 }  // namespace skein

@@ -4,15 +4,18 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <string>
+#include <unsupported/Eigen/BVH>
 #include <vector>
+
+#include "benchmark/ply_mesh.h"
 
 namespace skein {
 
 class SurfaceDistance {
  public:
-  // `file`: ASCII PLY with vertices x y z and faces of at least three corners (as `skein sim`
-  // writes it). Throws std::runtime_error for another.
-  explicit SurfaceDistance(const std::string& file);
+  // Throws std::runtime_error for a mesh without faces.
+  explicit SurfaceDistance(const PlyMesh& mesh);
+  explicit SurfaceDistance(const std::string& file) : SurfaceDistance(ReadPlyMesh(file)) {}
 
   // To the nearest surface, in the mesh's unit.
   double operator()(const Eigen::Vector3d& point) const;
@@ -20,11 +23,17 @@ class SurfaceDistance {
  private:
   struct Triangle {
     Eigen::Vector3d a, b, c;
-    Eigen::AlignedBox3d box;
-  };
-  void AddFace(const std::vector<Eigen::Vector3d>& corners);
 
-  std::vector<Triangle> triangles_;
+    friend Eigen::AlignedBox3d bounding_box(const Triangle& triangle) {  // Eigen's name
+      return Eigen::AlignedBox3d(triangle.a).extend(triangle.b).extend(triangle.c);
+    }
+  };
+  struct Nearest;
+
+  Eigen::KdBVH<double, 3, Triangle> triangles_;
 };
+
+// `count` points on the faces, as many a unit of area everywhere. A function of its arguments.
+std::vector<Eigen::Vector3d> SampleByArea(const PlyMesh& mesh, size_t count);
 
 }  // namespace skein

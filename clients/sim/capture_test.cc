@@ -41,7 +41,7 @@ TEST_P(HardScenario, PhotosAreAFunctionOfTheSeed) {
 INSTANTIATE_TEST_SUITE_P(All, HardScenario,
                          testing::Values(Scenario::kVideo, Scenario::kBlank, Scenario::kCrowd,
                                          Scenario::kSharedObject, Scenario::kFurniture,
-                                         Scenario::kCourtyard));
+                                         Scenario::kCourtyard, Scenario::kStockpile));
 
 TEST(Video, MiddleRowsAreSeenFromTheTruePose) {
   const SimOptions options = Small(Scenario::kVideo, 80, 3);

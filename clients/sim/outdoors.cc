@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "clients/sim/solids.h"
+
 namespace skein::sim {
 namespace {
 
@@ -265,7 +267,26 @@ void PaintEqualBays(uint64_t bay_seed, const std::vector<Opening>& openings, int
   Mute(kNeatMute, sheet);
 }
 
+void PaintGravel(Random* random, Sheet* sheet) {
+  sheet->image.setTo(RandomColor(random, 110, 150, 0.15));
+  PaintSpeckle(150, 0.03, 0.3, 0.45, random, sheet);
+  Modulate(Noise(sheet->image.size(), sheet->Px(2), 1, 0.8f, random), 0.15f, &sheet->image);
+}
+
 }  // namespace
+
+void AddStockpile(uint64_t seed, PlaceBuilder* builder) {
+  Random random(seed);
+  AddGround(Vector2d::Zero(), false, builder, &random);
+  Material gravel;
+  gravel.detail = Surface().detail;
+  gravel.texture = builder->AddPainting(2 * M_PI * kStockpileRadiusM,
+                                        std::hypot(kStockpileRadiusM, kStockpileHeightM), 70,
+                                        Texture::Edge::kRepeat, random.Next(), PaintGravel);
+  std::vector<Surface> heap;
+  AddCone(Eigen::Isometry3d::Identity(), kStockpileRadiusM, kStockpileHeightM, gravel, &heap);
+  builder->AddSurfaces(heap);
+}
 
 void AddCourtyard(uint64_t seed, PlaceBuilder* builder) {
   constexpr double kDistanceM = 14, kHeightM = 10;

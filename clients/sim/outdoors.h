@@ -40,4 +40,9 @@ void AddSquare(const SquareSpec& spec, PlaceBuilder* builder);
 // A yard of 28 x 28 m between four façades of equal bays. Free to walk in: 11 m from the centre.
 void AddCourtyard(uint64_t seed, PlaceBuilder* builder);
 
+// A heap of gravel around the origin, of the slope of loose material (34 degrees), on open ground.
+// Its volume is ConeVolume's (solids.h).
+constexpr double kStockpileRadiusM = 6, kStockpileHeightM = 4;
+void AddStockpile(uint64_t seed, PlaceBuilder* builder);
+
 }  // namespace skein::sim

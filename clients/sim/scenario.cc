@@ -123,6 +123,30 @@ Aim CourtyardView(const ScenarioOptions& options, int agent, int i) {
   return {view.center, view.target + Vector3d(0, 0, 1.2)};
 }
 
+// Over the heap in two lines, looking forward and down. `share`: of the way.
+Aim OverflightView(double share) {
+  constexpr double kAltitudeM = 16, kForwardM = 7, kReachM = 8, kAsideM = 4;
+  const double heading = share < 0.5 ? 1 : -1;
+  const double along = heading * kReachM * (share < 0.5 ? 4 * share - 1 : 4 * share - 3);
+  return {{along, -heading * kAsideM, kAltitudeM},
+          {along + heading * kForwardM, -heading * kAsideM, 0}};
+}
+
+// Two thirds of the photos around the heap; each agent begins and flies in another direction.
+Aim StockpileView(const ScenarioOptions& options, int agent, int i) {
+  constexpr double kRadiusM = 13, kAltitudeM = 11;
+  const int orbit = (2 * options.photos + 2) / 3;
+  const double begin = 2 * M_PI * agent / options.agents;
+  if (i < orbit) {
+    const double angle = begin + i * std::clamp(360.0 / orbit, 4.0, 15.0) * kDegree;
+    return {{kRadiusM * std::cos(angle), kRadiusM * std::sin(angle), kAltitudeM},
+            {0, 0, kStockpileHeightM / 2}};
+  }
+  const Aim view = OverflightView((i - orbit + 0.5) / (options.photos - orbit));
+  const Eigen::AngleAxisd turn(begin, Vector3d::UnitZ());
+  return {turn * view.center, turn * view.target};
+}
+
 PlainRoomSpec VideoRoom(const ScenarioOptions& options) {
   PlainRoomSpec room;
   room.half_m.x() = std::min(9.0, 3.2 + 1.2 * (options.agents - 1));
@@ -164,6 +188,8 @@ Aim PlanView(const ScenarioOptions& options, int agent, int i) {
       return FurnitureView(options, agent, i);
     case Scenario::kCourtyard:
       return CourtyardView(options, agent, i);
+    case Scenario::kStockpile:
+      return StockpileView(options, agent, i);
     default:
       return RingView(options, agent, i);
   }
@@ -198,7 +224,8 @@ const std::vector<std::pair<std::string, Scenario>>& Table() {
       {"twins", Scenario::kTwins},         {"shared-object", Scenario::kSharedObject},
       {"furniture", Scenario::kFurniture}, {"corridor", Scenario::kCorridor},
       {"video", Scenario::kVideo},         {"blank", Scenario::kBlank},
-      {"crowd", Scenario::kCrowd},         {"courtyard", Scenario::kCourtyard}};
+      {"crowd", Scenario::kCrowd},         {"courtyard", Scenario::kCourtyard},
+      {"stockpile", Scenario::kStockpile}};
   return table;
 }
 
@@ -295,6 +322,9 @@ Place BuildPlace(const ScenarioOptions& options, int threads) {
       break;
     case Scenario::kCourtyard:
       AddCourtyard(options.seed, &builder);
+      break;
+    case Scenario::kStockpile:
+      AddStockpile(options.seed, &builder);
       break;
     default:
       AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);

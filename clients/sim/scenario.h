@@ -24,6 +24,7 @@ enum class Scenario {
   kBlank,         // all agents around one room with painted walls
   kCrowd,         // all agents are tourists before one monument
   kCourtyard,     // all agents around one yard between façades of equal bays
+  kStockpile,     // each agent flies around a heap, then over it
 };
 std::optional<Scenario> ParseScenario(const std::string& name);
 std::vector<std::string> ScenarioNames();

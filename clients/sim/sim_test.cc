@@ -4,8 +4,10 @@
 #include <opencv2/imgproc.hpp>
 
 #include "clients/sim/camera.h"
+#include "clients/sim/outdoors.h"
 #include "clients/sim/render.h"
 #include "clients/sim/scenario.h"
+#include "clients/sim/solids.h"
 #include "clients/sim/test_places.h"
 
 namespace skein::sim {
@@ -82,6 +84,37 @@ TEST(Walks, TwinAgentsKeepApart) {
       EXPECT_GT((a.pose.center - b.pose.center).norm(), 60);
     }
   }
+}
+
+TEST(Walks, StockpileIsFlownAroundAndOver) {
+  ScenarioOptions options;
+  options.scenario = Scenario::kStockpile;
+  for (const Walk& walk : PlanWalks(options)) {
+    int over = 0;
+    for (const Shot& shot : walk.shots) {
+      EXPECT_GT(shot.pose.center.z(), 2 * kStockpileHeightM);
+      const Eigen::Vector3d view = shot.pose.cam_from_world.conjugate() * Eigen::Vector3d::UnitZ();
+      EXPECT_LT(view.z(), -0.5);
+      over += shot.pose.center.head<2>().norm() < kStockpileRadiusM + 4;
+    }
+    EXPECT_EQ(over, 6);
+  }
+}
+
+TEST(Solids, ConeHasItsVolume) {
+  constexpr double kRadius = 3, kHeight = 2, kStep = 0.05;
+  std::vector<Surface> surfaces;
+  AddCone(Eigen::Isometry3d::Identity(), kRadius, kHeight, {}, &surfaces);
+  const Scene cone(surfaces);
+  double volume = 0;
+  for (double x = -kRadius + kStep / 2; x < kRadius; x += kStep) {
+    for (double y = -kRadius + kStep / 2; y < kRadius; y += kStep) {
+      const Eigen::Vector3d above(x, y, 10);
+      const Hit hit = cone.Trace(above.cast<float>(), -Eigen::Vector3f::UnitZ());
+      if (hit.surface >= 0) volume += kStep * kStep * (10 - hit.t);
+    }
+  }
+  EXPECT_NEAR(volume, ConeVolume(kRadius, kHeight), 1e-3 * volume);
 }
 
 }  // namespace sim_test

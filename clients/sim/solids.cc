@@ -12,6 +12,7 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kColumnSides = 10;
+constexpr int kConeSides = 64;
 
 Isometry3d Moved(const Isometry3d& frame, double x, double y, double z) {
   return frame * Eigen::Translation3d(x, y, z);
@@ -92,6 +93,26 @@ void AddColumn(const Isometry3d& foot, const Vector2d& radii, double height_m,
     AddFace(foot, {-cap.x(), cap.y(), z}, {cap.x(), cap.y(), z}, {-cap.x(), -cap.y(), z}, material,
             surfaces);
   }
+}
+
+void AddCone(const Isometry3d& foot, double radius_m, double height_m, const Material& material,
+             std::vector<Surface>* surfaces) {
+  const double half = M_PI / kConeSides, side = 2 * radius_m * std::sin(half);
+  const Vector3d apex(0, 0, height_m);
+  for (int i = 0; i < kConeSides; ++i) {
+    const Vector3d out(std::cos(2 * half * i), std::sin(2 * half * i), 0);
+    const Vector3d right = side / 2 * Vector3d(-out.y(), out.x(), 0);
+    const Vector3d down_end = radius_m * std::cos(half) * out - right;
+    AddFace(foot, apex - right, apex + right, down_end, material, surfaces);
+    surfaces->back().shape = Surface::Shape::kGable;
+    surfaces->back().uv = Eigen::Vector2d(i * side, 0).cast<float>();
+  }
+}
+
+// A third of base area times height.
+double ConeVolume(double radius_m, double height_m) {
+  const double base = kConeSides / 2.0 * radius_m * radius_m * std::sin(2 * M_PI / kConeSides);
+  return base * height_m / 3;
 }
 
 void AddPerson(const Isometry3d& foot, double height_m, const Clothes& clothes, Random* random,

@@ -25,6 +25,12 @@ void AddBlock(const Eigen::Isometry3d& foot, const Eigen::Vector3d& size, const 
 void AddColumn(const Eigen::Isometry3d& foot, const Eigen::Vector2d& radii, double height_m,
                const Material& material, std::vector<Surface>* surfaces);
 
+// A cone of 64 gables: a heap of loose material. A texture of its circumference fits around it.
+void AddCone(const Eigen::Isometry3d& foot, double radius_m, double height_m,
+             const Material& material, std::vector<Surface>* surfaces);
+// Volume in AddCone's surfaces, exactly.
+double ConeVolume(double radius_m, double height_m);
+
 struct Clothes {
   Material skin, hair, upper, lower;
 };
