@@ -9,6 +9,7 @@
 # "reconstruction" is what scripts/reconstruct.sh starts: the skein command and the services.
 add_custom_target(product)
 add_custom_target(reconstruction)
+set(SKEIN_BENCHMARK_DIR ${CMAKE_SOURCE_DIR}/benchmark)
 
 function(skein_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
@@ -40,7 +41,8 @@ function(skein_executable name)
   target_link_libraries(${name} PRIVATE ${ARG_LINKS})
   skein_use_precompiled(${name} ${ARG_LINKS})
   skein_use_unity(${name})
-  if(NOT CMAKE_CURRENT_SOURCE_DIR MATCHES "/benchmark$")
+  cmake_path(IS_PREFIX SKEIN_BENCHMARK_DIR ${CMAKE_CURRENT_SOURCE_DIR} is_benchmark)
+  if(NOT is_benchmark)
     add_dependencies(product ${name})
   endif()
 endfunction()

@@ -140,7 +140,7 @@ def speed():
         kept = json.load(file)
     ratios = ', '.join(f'{name} {value:.3f}' for name, value in kept['ratios'].items())
     return (f'- **Ratios to the same stage of OpenCV or COLMAP in one run** (28 photos, `docs/speed.json`): {ratios}. '
-            f'`benchmark/speed.sh` ({kept["commit"]}, {kept["machine"]})')
+            f'`benchmark/colmap/speed.sh` ({kept["commit"]}, {kept["machine"]})')
 
 
 def page():

@@ -7,7 +7,7 @@
 #   --filter    only the tests whose name matches
 #   --label     only the tests of one kind
 #   --no-setup  take the packages and COLMAP's part as they are
-#   --speed     then tell each stage's speed beside that of docs/speed.json (benchmark/speed.sh)
+#   --speed     then tell each stage's speed beside that of docs/speed.json (benchmark/colmap/speed.sh)
 #
 # Exits 0 when all passed, 1 when one failed or the build broke, 2 on bad usage.
 source "$(dirname "$0")/lib.sh"
@@ -43,7 +43,7 @@ ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure -
 # Told, never tested: machines are noisy.
 if ((speed)); then
   say "measuring speed"
-  timeout 900 "$SKEIN_ROOT/benchmark/speed.sh" --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/speed.sh failed"
+  timeout 900 "$SKEIN_ROOT/benchmark/colmap/speed.sh" --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/colmap/speed.sh failed"
 fi
 
 python3 "$SKEIN_ROOT/scripts/count_cases.py" "$report" "$cases"

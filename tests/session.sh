@@ -1,4 +1,4 @@
-# Sessions for process tests and for benchmark/faults.sh: source it after harness.sh.
+# Sessions for process tests and for benchmark/faults/faults.sh: source it after harness.sh.
 # Wants `workspace` (new_workspace) and `url`.
 
 agent_pids=()

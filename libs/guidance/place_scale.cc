@@ -23,7 +23,7 @@ constexpr double kMaxCellShare = 0.1;  // and at most this part of the photo's w
 // in 88 % of the cells where points lie at random (Poisson).
 constexpr double kPointsPerPart = 1;
 // A window of dense matching tells nothing of what is smaller than itself (7 x 7 pixels in
-// benchmark/plane_sweep.h; 5 x 5 to 11 x 11 are usual).
+// benchmark/support/plane_sweep.h; 5 x 5 to 11 x 11 are usual).
 constexpr double kMinPartPx = 7;
 
 struct Distances {

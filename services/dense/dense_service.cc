@@ -279,7 +279,7 @@ void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPo
   node_.Publish(kDensePointsChannel, message);
 }
 
-// For benchmark/while_captured.sh.
+// For benchmark/live/while_captured.sh.
 void DenseService::LogNew(const DenseManifest& manifest) {
   for (const DenseManifest::Photo& photo : manifest.photos) {
     const PhotoState* known = state_.FindPhoto(photo.image_id);

@@ -1,4 +1,4 @@
-// The phone of benchmark/phone_link.sh: node phone_link.mjs LINK PHOTOS
+// The phone of benchmark/live/phone_link.sh: node phone_link.mjs LINK PHOTOS
 import { readdirSync } from 'node:fs';
 import { join } from 'node:path';
 import { openBrowser } from './browser.mjs';

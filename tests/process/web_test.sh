@@ -82,7 +82,7 @@ kill_service "$session" mapper-1
 # Twenty pages, of which ten stop in the middle: the others are told everything.
 pages=()
 for i in {1..20}; do
-  "$SKEIN_ROOT/benchmark/live_viewer.py" 127.0.0.1 8600 >"$workspace/page-$i.json" &
+  "$SKEIN_ROOT/benchmark/live/live_viewer.py" 127.0.0.1 8600 >"$workspace/page-$i.json" &
   pages+=($!)
 done
 has_pages() { "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" | grep '"[^"]*20 viewers' >/dev/null; }
