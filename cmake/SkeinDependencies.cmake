@@ -59,7 +59,7 @@ if(SKEIN_SANITIZE)
 endif()
 
 # COLMAP: the BSD part that cmake/colmap builds. Headers are included as COLMAP's own files include each other
-# ("base/camera.h" in 3.8, "colmap/scene/camera.h" from 3.9 on); libs/sfm/colmap_api.h alone does.
+# ("base/camera.h" in 3.8, "colmap/scene/camera.h" from 3.9 on); libs/scene/sfm/colmap_api.h alone does.
 set(SKEIN_COLMAP_DIR "${CMAKE_SOURCE_DIR}/.deps/colmap" CACHE PATH "Where scripts/setup.sh installed COLMAP's part")
 if(NOT "$ENV{SKEIN_COLMAP_DIR}" STREQUAL "")
   set(SKEIN_COLMAP_DIR "$ENV{SKEIN_COLMAP_DIR}" CACHE PATH "" FORCE)

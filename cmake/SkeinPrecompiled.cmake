@@ -17,8 +17,8 @@ endif()
 
 set(precompiled_std <algorithm> <cmath> <filesystem> <functional> <map> <memory> <optional> <set> <string>
   <unordered_map> <variant> <vector>)
-set(precompiled_messages "${CMAKE_SOURCE_DIR}/libs/ledger/facts.h")
-set(precompiled_scene <Eigen/Core> <Eigen/Geometry> "${CMAKE_SOURCE_DIR}/libs/sfm/reconstruction.h")
+set(precompiled_messages "${CMAKE_SOURCE_DIR}/libs/net/ledger/facts.h")
+set(precompiled_scene <Eigen/Core> <Eigen/Geometry> "${CMAKE_SOURCE_DIR}/libs/scene/sfm/reconstruction.h")
 
 # skein_precompile(NAME LINKS x... HEADERS h...): what skein_use_precompiled takes headers from.
 function(skein_precompile name)

@@ -4,16 +4,18 @@
 # skein_test_needs(NAME TARGET ...)                     programs that the test starts
 # skein_test(NAME SOURCES x_test.cc ... LINKS ... [LABELS process] [TIMEOUT s])
 #
-# Headers are included from libs/ and services/: "core/hash.h", "matching/kernel.h".
+# Headers are included from the floors of libs/ and from services/: "core/hash.h", "matching/kernel.h".
 # The target "product" builds the executables and the jar: all that a user runs, no tests.
 # "reconstruction" is what scripts/reconstruct.sh starts: the skein command and the services.
 add_custom_target(product)
 add_custom_target(reconstruction)
 set(SKEIN_BENCHMARK_DIR ${CMAKE_SOURCE_DIR}/benchmark)
+set(SKEIN_FLOORS base net scene images dense state view)
 
 function(skein_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
-  target_include_directories(${target} PUBLIC ${CMAKE_SOURCE_DIR}/libs ${CMAKE_SOURCE_DIR}/services
+  list(TRANSFORM SKEIN_FLOORS PREPEND ${CMAKE_SOURCE_DIR}/libs/ OUTPUT_VARIABLE floors)
+  target_include_directories(${target} PUBLIC ${floors} ${CMAKE_SOURCE_DIR}/libs ${CMAKE_SOURCE_DIR}/services
     ${CMAKE_SOURCE_DIR})
   if(SKEIN_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${SKEIN_SANITIZE} -fno-omit-frame-pointer

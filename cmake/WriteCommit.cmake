@@ -1,6 +1,6 @@
 # cmake -DSOURCE=DIR -DVERSION=X -DOUTPUT=FILE -P WriteCommit.cmake
 #
-# Writes the one line that defines VersionWithCommit() (libs/core/version.h). A file that says so already is left alone,
+# Writes the one line that defines VersionWithCommit() (libs/base/core/version.h). A file that says so already is left alone,
 # so that nothing is compiled or linked again. It runs at each build, as no file of git's changes with every commit.
 # Changes that are not committed are not told. A tree that is no repository of its own has no commit.
 cmake_minimum_required(VERSION 3.22)

@@ -120,7 +120,7 @@ public class OfferPhoto implements LCMSubscriber {
     return decided;
   }
 
-  /** The message, then its trailer (libs/auth/message_seal.h). */
+  /** The message, then its trailer (libs/net/auth/message_seal.h). */
   synchronized void publish(LCM bus, String channel, LCMEncodable message) throws Exception {
     final LCMDataOutputStream encoded = new LCMDataOutputStream();
     message.encode(encoded);

@@ -148,7 +148,7 @@ class Agent {
     return sodium_bin2hex(text, sizeof(text), hash, sizeof(hash));
   }
 
-  // The message, then its trailer (libs/auth/message_seal.h).
+  // The message, then its trailer (libs/net/auth/message_seal.h).
   template <class T>
   void Publish(lcm::LCM* bus, const std::string& channel, const T& message) {
     Bytes bytes(static_cast<size_t>(message.getEncodedSize()));

@@ -87,7 +87,7 @@ class UdpmBus:
 
 
 class TcpqBus:
-    """LCM's relay: a greeting, then frames of numbers in big endian (libs/transport/tcpq_wire.h)."""
+    """LCM's relay: a greeting, then frames of numbers in big endian (libs/net/transport/tcpq_wire.h)."""
 
     PUBLISH, SUBSCRIBE = 1, 2
 
@@ -178,7 +178,7 @@ class Agent:
                     return ack
 
     def publish(self, bus, channel, message):
-        """The message, then its trailer (libs/auth/message_seal.h)."""
+        """The message, then its trailer (libs/net/auth/message_seal.h)."""
         payload = message.encode()
         self.counter = max(self.counter + 1, time.time_ns())
         trailer = struct.pack('<Q', int(self.invitation.session, 16)) + self.invitation.certificate

@@ -106,7 +106,7 @@ std::set<std::string> TrainingFormats(const ExportOptions& options) {
   return FormatsOfKind(options, IsTraining);
 }
 
-// Formats that libs/export writes: neither the database nor folders that need photos.
+// Formats that libs/view/export writes: neither the database nor folders that need photos.
 std::vector<std::string> PlainFormats(const ExportOptions& options) {
   const std::set<std::string> training = TrainingFormats(options);
   std::vector<std::string> formats;

@@ -1,5 +1,5 @@
 // For tests: a textured wall, photographed from a row of viewpoints, as the shape that its mapper
-// publishes. The unit of the photos' depth is that of libs/depth/wall_photos.h times `scale`.
+// publishes. The unit of the photos' depth is that of libs/dense/depth/wall_photos.h times `scale`.
 #pragma once
 
 #include <map>

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Each folder links and includes only what layers.txt allows it: checked in CMake's own link graph and in
 # the #include lines. Benchmarks may use every library and the algorithms of the services. Tests may use more.
-# COLMAP is included by libs/sfm/colmap_api.h alone, and that by .cc files of libs/sfm.
+# COLMAP is included by libs/scene/sfm/colmap_api.h alone, and that by .cc files of libs/scene/sfm.
 source "$(dirname "$0")/../harness.sh"
 python3 - "$SKEIN_ROOT" "$SKEIN_BUILD/link_graph.txt" <<'PY' || fail "see above: layers.txt says what may be used"
 import os, re, sys
@@ -12,13 +12,17 @@ for line in open(os.path.join(root, 'tests/static/layers.txt')):
     folder, _, uses = line.partition(':')
     allowed[folder] = set(uses.split())
 
+FLOORS = ['base', 'net', 'scene', 'images', 'dense', 'state', 'view']  # each uses itself and those before it
 def room(path):
     parts = path.split('/')
-    return '/'.join(parts[:2]) if parts[0] in ('libs', 'services') else parts[0]
+    depth = 2 if parts[0] == 'services' or parts[:2] == ['libs', 'testing'] else 3 if parts[0] == 'libs' else 1
+    return '/'.join(parts[:depth])
 
 errors = []
 for folder, uses in allowed.items():
     for used in uses:
+        floors = [FLOORS.index(name.split('/')[1]) for name in (folder, used) if name.startswith('libs/')]
+        if len(floors) == 2 and floors[0] < floors[1]: errors.append(f'layers.txt: {folder} lies below {used}')
         if not folder.startswith('services') and used.startswith('services'): errors.append(f'layers.txt: {folder} may not use {used}')
 
 folder_of, links_of = {}, {}
@@ -46,7 +50,7 @@ for top in ('libs', 'services', 'clients'):
             user = room(path)
             for include in re.findall(r'^#include "([^"]+)"', open(os.path.join(root, path)).read(), re.M):
                 used = 'lcmtypes' if include.startswith('skein/') else None
-                for prefix in ('libs/', 'services/', ''):
+                for prefix in (*(f'libs/{floor}/' for floor in FLOORS), 'libs/', 'services/', ''):
                     if os.path.exists(os.path.join(root, prefix + include)): used = room(prefix + include); break
                 if used is None or used == user: continue
                 num_includes += 1
@@ -60,11 +64,11 @@ for top in ('libs', 'services', 'clients', 'benchmark', 'tests'):
             if not name.endswith(('.h', '.cc')): continue
             path = os.path.relpath(os.path.join(folder, name), root)
             text = open(os.path.join(root, path)).read()
-            if path != 'libs/sfm/colmap_api.h' and re.search(COLMAP, text, re.M): errors.append(f'{path} includes COLMAP')
+            if path != 'libs/scene/sfm/colmap_api.h' and re.search(COLMAP, text, re.M): errors.append(f'{path} includes COLMAP')
             if re.search(r'\bcolmap::', text): names_colmap.add(path)
-            if '#include "sfm/colmap_api.h"' in text and not re.fullmatch(r'libs/sfm/\w+\.cc', path):
+            if '#include "sfm/colmap_api.h"' in text and not re.fullmatch(r'libs/scene/sfm/\w+\.cc', path):
                 errors.append(f'{path} includes sfm/colmap_api.h')
-errors += [f'{path} names colmap::' for path in sorted(names_colmap) if not path.startswith('libs/sfm/')]
+errors += [f'{path} names colmap::' for path in sorted(names_colmap) if not path.startswith('libs/scene/sfm/')]
 if len(names_colmap) < 5: errors.append('COLMAP is named nowhere: this test looks for it in vain')
 print(*errors, sep='\n')
 if num_links < 40 or num_includes < 200: sys.exit(f'only {num_links} links and {num_includes} includes were found')

@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# The metrics that skein-web exports (libs/web/metrics.cc) are those that docs/metrics.md lists, with their types. The dashboard
+# The metrics that skein-web exports (libs/view/web/metrics.cc) are those that docs/metrics.md lists, with their types. The dashboard
 # asks for these alone, by labels that they have.
 source "$(dirname "$0")/../harness.sh"
 python3 - "$SKEIN_ROOT" <<'PY' || fail "mend the names above"
 import json, re, sys
 root = sys.argv[1] + '/'
-code = open(root + 'libs/web/metrics.cc').read()
+code = open(root + 'libs/view/web/metrics.cc').read()
 page = open(root + 'docs/metrics.md').read()
 dashboard = json.load(open(root + 'docs/deploy/grafana.json'))
 errors = []

@@ -11,8 +11,8 @@ without a cache reach every file in time. A finding fails; what the time did not
 import concurrent.futures, hashlib, json, os, re, shlex, subprocess, sys, time
 
 # Folders that are clean. The others join as they are made so.
-FOLDERS = ('libs/core', 'libs/auth', 'libs/config', 'libs/event_loop', 'libs/transport', 'libs/formats', 'libs/blobs', 'libs/bundle',
-           'libs/covisibility', 'libs/disambiguation', 'libs/ledger', 'libs/node', 'libs/photo', 'libs/session')
+FOLDERS = ('libs/base/core', 'libs/net/auth', 'libs/base/config', 'libs/base/event_loop', 'libs/net/transport', 'libs/base/formats', 'libs/net/blobs', 'libs/scene/bundle',
+           'libs/scene/covisibility', 'libs/scene/disambiguation', 'libs/net/ledger', 'libs/net/node', 'libs/images/photo', 'libs/state/session')
 
 root, build, budget_s = os.path.realpath(sys.argv[1]), sys.argv[2], float(sys.argv[3])
 num_jobs = int(sys.argv[4]) if len(sys.argv) > 4 else os.cpu_count()

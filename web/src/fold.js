@@ -1,5 +1,5 @@
 // The session, folded from its events: a pure function of them. Live, late and replayed events give the
-// same state. It mirrors libs/session/session_state.h, which is the authority on what facts come to.
+// same state. It mirrors libs/state/session/session_state.h, which is the authority on what facts come to.
 //
 // Times are utimes in microseconds, as in the events.
 

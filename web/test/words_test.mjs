@@ -11,8 +11,8 @@ const names = (path, from) => [...readFileSync(new URL(path, root), 'utf8').spli
 const figures = { reason: 'x', inliers: 17, needed: 30, other: 'alice/1.jpg', brightness: 0.03, blur: 0.5, coverage: 0.2, keypoints: 120 };
 
 test('Each cause that the session tells is explained, with and without its figures', () => {
-  const causes = [...names('libs/session/diagnosis.cc', 'const char* CauseName('), ...names('libs/session/diagnosis.cc', 'const char* TrialCauseName('),
-    ...names('libs/session/state_names.cc', 'const char* FailureCauseName(')];
+  const causes = [...names('libs/state/session/diagnosis.cc', 'const char* CauseName('), ...names('libs/state/session/diagnosis.cc', 'const char* TrialCauseName('),
+    ...names('libs/state/session/state_names.cc', 'const char* FailureCauseName(')];
   assert.ok(causes.length >= 20, `only ${causes.length} causes were found`);
   for (const cause of causes) {
     if (cause === 'waiting') continue; // no photo that waits is listed
@@ -34,7 +34,7 @@ test('A diagnosis tells its figures; what is known of the past has none', () => 
 });
 
 test('A format that phones store is told with what to do about it', () => {
-  const advice = readFileSync(new URL('libs/photo/heif.h', root), 'utf8');
+  const advice = readFileSync(new URL('libs/images/photo/heif.h', root), 'utf8');
   assert.match(advice, /Settings > Camera > Formats > Most Compatible/);
   assert.match(explain({ cause: 'phone format', reason: '' }).help, /Settings > Camera > Formats > Most Compatible/);
 });

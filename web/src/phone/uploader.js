@@ -16,7 +16,7 @@ const kInLedger = new Set(['waiting', 'placed', 'unplaced', 'failed']);
 const kDecided = new Set(['placed', 'failed', 'refused', 'lost']);
 export const hasArrived = (photo) => photo.state === 'received' || kInLedger.has(photo.state);
 
-// Of a photo that is in no map, as words.js takes them. libs/web/diagnosis_json.h tells all but `image`.
+// Of a photo that is in no map, as words.js takes them. libs/view/web/diagnosis_json.h tells all but `image`.
 const kTold = { reason: '', cause: '', image: 0, inliers: 0, needed: 0, other: '', brightness: 0, blur: 0, coverage: 0, keypoints: 0 };
 
 class Refused extends Error {

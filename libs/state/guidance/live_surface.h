@@ -1,5 +1,5 @@
 // A surface that follows a map: an update recomputes only what has changed. Inside of
-// libs/guidance.
+// libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>

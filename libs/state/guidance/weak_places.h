@@ -1,5 +1,5 @@
 // Weak places, which photos may make better, and clusters of those that lie together. Inside of
-// libs/guidance.
+// libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>

@@ -1,7 +1,7 @@
 #pragma once
 
-// COLMAP, for the .cc files of libs/sfm alone: 3.8 (Debian 12) has other headers, names and types
-// than 3.10 (Debian 13). CMake finds the version and defines SKEIN_COLMAP_VERSION: 308, 310.
+// COLMAP, for the .cc files of libs/scene/sfm alone: 3.8 (Debian 12) has other headers, names and
+// types than 3.10 (Debian 13). CMake finds the version and defines SKEIN_COLMAP_VERSION: 308, 310.
 
 #if SKEIN_COLMAP_VERSION < 309
 #define SKEIN_ESSENTIAL_MATRIX_POLY "estimators/essential_matrix_poly.h"

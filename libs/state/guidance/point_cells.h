@@ -1,4 +1,5 @@
-// The points of a map by the cells that they lie in, as they come and go. Inside of libs/guidance.
+// The points of a map by the cells that they lie in, as they come and go. Inside of
+// libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>

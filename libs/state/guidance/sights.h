@@ -1,5 +1,5 @@
 // Visibility of a surface's surfels in photos, as photos and surfels come, move and go. Inside of
-// libs/guidance.
+// libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>

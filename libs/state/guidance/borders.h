@@ -1,5 +1,5 @@
 // Finds the ends of a surface, and tells whether photos show what lies beyond. Inside of
-// libs/guidance.
+// libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>

@@ -4,7 +4,7 @@
 
 namespace skein {
 
-// Structures inside of a map, to change. For libs/map alone; others say what they do by
+// Structures inside of a map, to change. For libs/scene/map alone; others say what they do by
 // SceneMap's functions (tests/static/layering_test.sh).
 struct MapAccess {
   static Reconstruction& Model(SceneMap* map) { return *map->reconstruction_; }

@@ -1,4 +1,4 @@
-// Lengths that all of a surface is measured by. Inside of libs/guidance.
+// Lengths that all of a surface is measured by. Inside of libs/state/guidance.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// How much of a surfel has texture in the photos. Inside of libs/guidance.
+// How much of a surfel has texture in the photos. Inside of libs/state/guidance.
 #pragma once
 
 #include <cstdint>

@@ -74,7 +74,7 @@ class LivePlace {
   std::vector<uint32_t> free_pieces_;
 };
 
-// Inside of libs/guidance: of place.surfels and place.pieces.
+// Inside of libs/state/guidance: of place.surfels and place.pieces.
 Completeness Summarise(double target_gsd, double max_gsd, const PlaceQuality& place,
                        double hole_share);
 

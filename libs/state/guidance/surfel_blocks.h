@@ -1,5 +1,5 @@
 // Surfels in blocks of space, so that a photo skips whole blocks far outside of its frame. Inside
-// of libs/guidance.
+// of libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>

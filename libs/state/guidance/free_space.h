@@ -1,4 +1,4 @@
-// Space that photos have looked through. Inside of libs/guidance.
+// Space that photos have looked through. Inside of libs/state/guidance.
 #pragma once
 
 #include <Eigen/Core>
