@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Draws docs/architecture.svg: the processes, and the rooms of libs/ by tests/static/layers.txt.
+"""Draws docs/architecture.svg: the processes, and the floors and rooms of libs/ by tests/static/layers.txt.
 
     docs/draw_architecture.py && rsvg-convert docs/architecture.svg -o architecture.png
 """
 import os
 
 DOCS = os.path.dirname(os.path.abspath(__file__))
-WIDTH, HEIGHT = 1200, 974
+WIDTH = 1200
 
 # What comes up from the ledger and what goes back, for each stage.
 STAGES = [
@@ -18,37 +18,44 @@ STAGES = [
     ('merger', 'one', 'poses', 'seed, merge'),
 ]
 
-# Column and row of each room, from the top.
-ROOMS = {
-    'export': (0, -1, 'models for other programs'),
-    'web': (1, -1, 'the live view: server, events'),
-    'shapes': (2, -1, 'maps, as their mappers tell them'),
-    'node': (0, 0, 'what every process has'),
-    'ledger': (0, 1, 'ordered facts, SQLite'),
-    'blobs': (0, 2, 'stored and pulled by hash'),
-    'transport': (0, 3, 'LCM links, bus, channels, roles'),
-    'event_loop': (0, 4, 'poll loop, worker thread'),
-    'session': (1, 0, 'the ledger, folded'),
-    'guidance': (1.5, 2, 'how good a surface is, what to add'),
-    'geometry': (1, 3, 'similarities, GPS, errors'),
-    'auth': (1, 4, 'keys, signatures of messages'),
-    'config': (4, 5, 'the options, in one TOML file'),
-    'photo': (3, 5, 'names, headers, the decoder child'),
-    'codecs': (3, 4, 'JPEG, PNG, TIFF, EXIF; confined'),
-    'merging': (2, 0, 'two submaps: align, fuse, check'),
-    'mapping': (3, 0, 'one submap: register, adjust'),
-    'disambiguation': (2.5, 1, 'visually similar structures'),
-    'map': (2.5, 2, 'scene map, tracks, filters'),
-    'formats': (2, 5, 'contents of blobs'),
-    'bundle': (2, 3, 'bundle adjustment'),
-    'sfm': (2, 4, 'cameras, images, tracks; COLMAP'),
-    'depth': (3, 3, 'depth maps, dense points'),
-    'surface': (4, 3, 'depth maps as a mesh'),
-    'covisibility': (4, 1, 'verified pairs as a graph'),
-    'vocabulary': (3, -1, 'trained cells of local descriptors'),
-    'core': (0, 5, 'files, hashes, log, status; all but covisibility use it'),
+# The floors of libs/ from the top; column and row of each room in its floor.
+FLOORS = {
+    'view': {
+        'web': (0, 0, 'the live view: server, events'),
+        'export': (1, 0, 'models for other programs')},
+    'state': {
+        'shapes': (0, 0, 'maps, as their mappers tell them'),
+        'session': (1, 0, 'the ledger, folded'),
+        'guidance': (2, 0, 'how good a surface is, what to add')},
+    'dense': {
+        'surface': (0, 0, 'depth maps as a mesh'),
+        'depth': (1, 0, 'depth maps, dense points')},
+    'images': {
+        'codecs': (0, 0, 'JPEG, PNG, TIFF, EXIF; confined'),
+        'photo': (1, 0, 'names, headers, the decoder child'),
+        'vocabulary': (2, 0, 'trained cells of local descriptors')},
+    'scene': {
+        'mapping': (0, 0, 'one submap: register, adjust'),
+        'merging': (1, 0, 'two submaps: align, fuse, check'),
+        'covisibility': (4, 0, 'verified pairs as a graph'),
+        'disambiguation': (0, 1, 'visually similar structures'),
+        'map': (1, 1, 'scene map, tracks, filters'),
+        'bundle': (2, 1, 'bundle adjustment'),
+        'sfm': (3, 1, 'cameras, images, tracks; COLMAP'),
+        'geometry': (2, 0, 'similarities, GPS, errors')},
+    'net': {
+        'node': (0, 0, 'what every process has'),
+        'ledger': (1, 0, 'ordered facts, SQLite'),
+        'blobs': (2, 0, 'stored and pulled by hash'),
+        'transport': (3, 0, 'LCM links, bus, channels, roles'),
+        'auth': (4, 0, 'keys, signatures of messages')},
+    'base': {
+        'event_loop': (0, 0, 'poll loop, worker thread'),
+        'config': (1, 0, 'the options, in one TOML file'),
+        'formats': (2, 0, 'contents of blobs'),
+        'core': (3, 0, 'files, hashes, log, status')},
 }
-COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT = 236, 74, 212, 46, 538, 20
+COLUMN_PX, ROW_PX, ROOM_WIDTH, ROOM_HEIGHT, ROOMS_TOP, ROOMS_LEFT, FLOOR_GAP = 218, 70, 196, 46, 462, 106, 12
 
 
 def text(x, y, words, size=13, weight='normal', anchor='middle', fill='#1b1f24'):
@@ -87,26 +94,25 @@ def processes():
 
 
 def uses_of_rooms():
-    """The libs/ each room uses directly, without those it also reaches through another."""
+    """The rooms of its own floor that each room uses directly, without those it also reaches through another."""
     uses = {}
     for line in open(os.path.join(DOCS, '../tests/static/layers.txt')):
         folder, _, used = line.partition(':')
-        if folder.startswith('libs/'):
-            uses[folder[5:]] = {name[5:] for name in used.split() if name.startswith('libs/')}
+        if not folder.startswith('libs/'):
+            continue
+        _, floor, room = folder.split('/')
+        if room not in FLOORS[floor]:
+            raise SystemExit(f'no place in the picture: {folder}')
+        uses[room] = {name.split('/')[2] for name in used.split() if name.startswith(f'libs/{floor}/')}
 
     def reached(room):
-        return uses[room].union(*(reached(used) for used in uses[room])) if uses[room] else set()
-    return {room: {used for used in direct if used not in ('core', 'config') and not any(used in reached(other) for other in direct - {used})}
+        return uses[room].union(*(reached(used) for used in uses[room]))
+    return {room: {used for used in direct if not any(used in reached(other) for other in direct - {used})}
             for room, direct in uses.items()}
 
 
-def corner(room):
-    column, row, _ = ROOMS[room]
-    return ROOMS_LEFT + column * COLUMN_PX, ROOMS_TOP + row * ROW_PX
-
-
-def link(room, used):
-    (x1, y1), (x2, y2) = corner(room), corner(used)
+def link(corners, room, used):
+    (x1, y1), (x2, y2) = corners[room], corners[used]
     middle = ROOM_WIDTH / 2
     if y1 == y2:
         side = 1 if x2 > x1 else -1
@@ -116,28 +122,32 @@ def link(room, used):
 
 
 def rooms():
+    """The parts, and the lower end of the lowest floor."""
     uses = uses_of_rooms()
-    missing = set(uses) ^ set(ROOMS)
-    if missing:
-        raise SystemExit(f'no place in the picture, or no folder: {missing}')
-    parts = [text(20, 420, 'Rooms of libs/: an arrow leads to what a room uses', 16, 'bold', 'start'),
-             text(20, 442, 'What is reached through another arrow is left out. Services and clients use rooms, never each other.', 12, anchor='start', fill='#3d4650')]
-    parts += [link(room, used) for room in sorted(uses) for used in sorted(uses[room])]
-    for room, (column, _, note) in ROOMS.items():
-        width = COLUMN_PX + ROOM_WIDTH if room == 'core' else ROOM_WIDTH
-        fill = '#f0f0f0' if room == 'core' else '#dbe9f9' if column == 0 or room in ('session', 'auth', 'config') else '#e9e0f5'
-        parts += box(*corner(room), width, ROOM_HEIGHT, room, note, fill)
-    return parts
+    parts = [text(20, 420, 'Floors of libs/: a floor uses only itself and those below', 16, 'bold', 'start'),
+             text(20, 442, 'An arrow leads to what a room uses on its floor. Services and clients use rooms, never each other.', 12, anchor='start', fill='#3d4650')]
+    y = ROOMS_TOP
+    for i, (floor, places) in enumerate(FLOORS.items()):
+        height = (1 + max(row for _, row, _ in places.values())) * ROW_PX
+        parts += [f'<rect x="20" y="{y}" width="{WIDTH - 30}" height="{height}" fill="#f4f4f4"/>', text(30, y + height / 2 + 5, floor, 15, 'bold', 'start')]
+        top = y + (ROW_PX - ROOM_HEIGHT) / 2
+        corners = {room: (ROOMS_LEFT + column * COLUMN_PX, top + row * ROW_PX) for room, (column, row, _) in places.items()}
+        parts += [link(corners, room, used) for room in places for used in sorted(uses.get(room, ()))]
+        for room, (_, _, note) in places.items():
+            parts += box(*corners[room], ROOM_WIDTH, ROOM_HEIGHT, room, note, '#dbe9f9' if i % 2 else '#e9e0f5')
+        y += height + FLOOR_GAP
+    return parts, y
 
 
 def main():
-    head = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" height="{HEIGHT}" '
+    libs, height = rooms()
+    head = [f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" width="{WIDTH}" height="{height}" '
             'font-family="DejaVu Sans, Verdana, sans-serif">',
             '<defs><marker id="head" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" orient="auto">'
             '<path d="M0,0 L8,4 L0,8 z" fill="#3d4650"/></marker></defs>',
-            f'<rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>']
+            f'<rect width="{WIDTH}" height="{height}" fill="#ffffff"/>']
     with open(os.path.join(DOCS, 'architecture.svg'), 'w', encoding='utf-8') as file:
-        file.write('\n'.join(head + processes() + rooms() + ['</svg>']) + '\n')
+        file.write('\n'.join(head + processes() + libs + ['</svg>']) + '\n')
 
 
 if __name__ == '__main__':

@@ -3,11 +3,12 @@
 //   surface_accuracy OUT/0 PLACE/truth [--volume]
 //
 // OUT/0: of `skein export --format bin,dense,mesh`; the points, the mesh or both. The model's
-// camera centres give the similarity to the truth. A row for each distance, in ground sampling
-// distances (GSD: median over the true photos of the median true depth over the focal length):
-// accuracy, the share of the points, or of samples of the mesh, that are so near to a true surface;
-// completeness, the share of samples of the true surface, of those that three photos or more see,
-// that are so near to a point or to the mesh; F1, their harmonic mean. Samples are uniform by area.
+// camera centres give the similarity to the truth. A row for each distance d, in ground sampling
+// distances (GSD: median over the true photos of the median true depth over the focal length).
+// Accuracy is the share of the points, or of samples of the mesh, within d of a true surface.
+// Completeness is the share of samples of the true surface within d of a point or of the mesh; a
+// sample counts if three photos or more see it. F1 is the harmonic mean of both. Samples are
+// uniform by area.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
