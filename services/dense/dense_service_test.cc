@@ -76,10 +76,8 @@ class DenseServiceTest : public testing::Test {
   bool is_live_ = true;
   int num_told_ = 0;
   DenseStore store_;
-  DenseFollower follower_{
-      web_,
-      store_,
-      {[this](int64_t) { return is_live_; }, [this](int64_t, const DensePoints&) { ++num_told_; }}};
+  DenseFollower follower_{web_, store_, [this](int64_t) { return is_live_; },
+                          [this](int64_t, const DensePoints&) { ++num_told_; }};
 };
 
 TEST_F(DenseServiceTest, PublishesPointsOfPhotosThatAreInAMap) {
