@@ -327,7 +327,7 @@ class Run {
 
   void PrintGlobal(size_t num_photos) const {
     const double start = CpuSeconds();
-    const auto anew = MapAnew(submap_, submap_.map().photos().front(), true);
+    const auto anew = MapAnew(submap_, submap_.map().photos().front(), true, false);
     if (anew == nullptr) {
       std::cout << "global: nothing\n";
       return;

@@ -8,6 +8,7 @@
 #include "mapping/global_map.h"
 #include "mapping/misplaced.h"
 #include "mapping/similar_pairs.h"
+#include "mapping/supported_photos.h"
 
 namespace skein {
 namespace {
@@ -52,10 +53,12 @@ void EnqueuePhotos(const Submap& submap, bool takes_held, const std::set<ImageId
 
 }  // namespace
 
-std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held) {
+std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
+                                bool is_growing) {
   const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
   std::unique_ptr<Submap> anew = CopyWithoutModel(submap);
   MapGlobally(anew->options(), without, &anew->map());
+  if (is_growing) KeepSupportedPhotos(&anew->map());
   const Reconstruction model = anew->map().reconstruction();
   if (model.NumRegImages() < 3) return nullptr;
   SubmapState state;

@@ -379,7 +379,7 @@ bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   settled_.consistent = !MayWin(now);
   const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
   if (settled_.consistent && (is_whole || !batch.is_of_place)) return false;
-  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place);
+  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place, batch.is_growing);
   if (options_.IsStopped()) return false;  // it may not be complete
   num_pairs_rebuilt_ = map_->pairs().size();
   return anew != nullptr && TakeFromBatch(batch, anew.get(), now, sink);
@@ -445,7 +445,9 @@ bool Submap::MixesPlaces(const SceneMap& anew,
 // For a small map that a photo could not join: the first pairs of a video, or of cameras with
 // unknown focal lengths, often are poor beginnings.
 void Submap::BeginAnewIfSmall(const EventSink& sink) {
-  if (!adjuster_.IsMapSmall() || !MapAsBatch(Batch(), sink)) return;
+  Batch batch;
+  batch.is_growing = true;
+  if (!adjuster_.IsMapSmall() || !MapAsBatch(batch, sink)) return;
   for (const ImageId id : map_->photos()) {
     if (!waiting_.MatchesSimilarPlace(id)) waiting_.Enqueue(id);
   }

@@ -93,6 +93,8 @@ class Submap {
     // Merges a map, with photos that this map lacks, into this one; true if that succeeded. False:
     // nothing has changed. Null: never.
     std::function<bool(const Submap& anew)> absorb;
+    // Photos are still to come: those with too little support can wait (supported_photos.h).
+    bool is_growing = false;
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
   // The new map stays if more verified matches agree with it, if no photo is lost that no other map
