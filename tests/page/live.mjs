@@ -48,7 +48,7 @@ await page.locator('.match_line').first().waitFor({ state: 'attached' });
 await picture('compare');
 await page.keyboard.press('Escape');
 await page.locator('#tab_unplaced').click();
-await page.locator('.unplaced_list li').filter({ hasText: 'Few details' }).waitFor();
+await page.locator('.unplaced_list li').filter({ hasText: 'Nothing to recognise' }).waitFor();
 await picture('unplaced');
 assert.equal(await page.locator('img[src="x"]').count(), 0);
 const connections = state.connections;
