@@ -134,7 +134,7 @@ class Scaler {
     node.loop().AddTimer(kLookS, [this] { Look(); });
     node.OnHeartbeat([this](heartbeat_t* heartbeat) {
       heartbeat->state = Describe();
-      heartbeat->problem = problem_;
+      heartbeat->problem = problem_.empty() ? pool_.uncancelled() : problem_;
     });
   }
 
@@ -212,7 +212,17 @@ class Scaler {
 
   void Cancel(const std::vector<std::string>& names) {
     worker_.Run([this, names] { return engine_.Cancel(names); },
-                [this](const Status& status) { OnDone(status); });
+                [this, names](const Status& status) { OnCancelled(names, status); });
+  }
+
+  void OnCancelled(const std::vector<std::string>& names, const Status& status) {
+    const std::string told = pool_.uncancelled();
+    pool_.OnCancelled(names, status, MonotonicS());
+    if (!status.ok() && pool_.uncancelled() != told) {
+      Tell(Counted(names.size(), "worker") +
+           " not cancelled, another try comes later: " + status.error());
+    }
+    OnDone(Status::Ok());
   }
 
   void Submit(int count) {
@@ -235,7 +245,7 @@ class Scaler {
         });
   }
 
-  // `status` is of listing or cancelling; the pool knows of submissions.
+  // `status` is of listing; the pool knows of submissions and cancellations.
   void OnDone(const Status& status) {
     is_busy_ = false;
     const std::string& problem = status.ok() ? pool_.problem() : status.error();

@@ -17,6 +17,11 @@ constexpr int64_t kLeastInvitationS = 60;
 
 std::string Workers(size_t count) { return Counted(count, "worker"); }
 
+// Until the next try, after so many earlier ones.
+double DelayS(int num_before) {
+  return std::min(kFirstDelayS * (1 << std::min(num_before, kMostDoublings)), kLongestDelayS);
+}
+
 }  // namespace
 
 std::string WorkerName(int64_t expiry_utime_s, int number) {
@@ -40,6 +45,7 @@ WorkerPool::Plan WorkerPool::Decide(const std::vector<WorkerJob>& jobs, const He
   Plan plan;
   See(jobs, heard, now.monotonic_s);
   Forget(jobs, now.monotonic_s, &plan);
+  CancelAgain(now.monotonic_s, &plan);
   GiveUp(now, &plan);
   const auto num_kept = static_cast<int>(std::count_if(
       lives_.begin(), lives_.end(), [](const auto& entry) { return !entry.second.is_leaving; }));
@@ -105,6 +111,12 @@ void WorkerPool::GiveUp(const PoolTime& now, Plan* plan) {
   }
 }
 
+void WorkerPool::CancelAgain(double now_s, Plan* plan) const {
+  for (const auto& [name, life] : lives_) {
+    if (life.cancel_again_s >= 0 && now_s >= life.cancel_again_s) plan->leaving.push_back(name);
+  }
+}
+
 void WorkerPool::Leave(const std::string& name, const std::string& why, Plan* plan) {
   lives_[name].is_leaving = true;
   plan->leaving.push_back(name);
@@ -151,22 +163,32 @@ void WorkerPool::OnSubmitted(const std::vector<std::string>& names, const Status
   Count(now_s);
 }
 
+void WorkerPool::OnCancelled(const std::vector<std::string>& names, const Status& status,
+                             double now_s) {
+  if (!status.ok()) cancel_refusal_ = status.error();
+  for (const std::string& name : names) {
+    const auto found = lives_.find(name);
+    if (found == lives_.end()) continue;
+    Life& life = found->second;
+    life.cancel_again_s = status.ok() ? -1 : now_s + DelayS(life.num_uncancelled++);
+  }
+  Count(now_s);
+}
+
 void WorkerPool::NoteUnheard(double now_s) {
   ++num_unheard_;
   NoteFailure(now_s);
 }
 
-void WorkerPool::NoteFailure(double now_s) {
-  const int doublings = std::min(num_failures_, kMostDoublings);
-  not_before_s_ = now_s + std::min(kFirstDelayS * (1 << doublings), kLongestDelayS);
-  ++num_failures_;
-}
+void WorkerPool::NoteFailure(double now_s) { not_before_s_ = now_s + DelayS(num_failures_++); }
 
 void WorkerPool::Count(double now_s) {
   num_running_ = num_waiting_ = 0;
+  uncancelled_.clear();
   bool is_heard = false;
   const Life* oldest = nullptr;
   for (const auto& [name, life] : lives_) {
+    if (life.cancel_again_s >= 0) uncancelled_ = cancel_refusal_;
     if (life.is_leaving) continue;
     ++(life.is_running ? num_running_ : num_waiting_);
     is_heard = is_heard || life.heard_s >= 0;

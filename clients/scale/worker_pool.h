@@ -60,11 +60,16 @@ class WorkerPool {
   // The engine took these jobs: they count from now on. Or it refused: the next try comes later,
   // each time twice as late.
   void OnSubmitted(const std::vector<std::string>& names, const Status& status, double now_s);
+  // The engine cancelled these workers. Or it refused: they are in a later plan's `leaving` again,
+  // each time twice as late, until the engine cancels them or lists them no more.
+  void OnCancelled(const std::vector<std::string>& names, const Status& status, double now_s);
 
   int num_running() const { return num_running_; }
   int num_waiting() const { return num_waiting_; }
   // Trouble that a person has to mend, "" if there is none.
   const std::string& problem() const { return problem_; }
+  // Reason of the engine's last refusal to cancel; "" if no worker waits to be cancelled again.
+  const std::string& uncancelled() const { return uncancelled_; }
 
  private:
   struct Life {
@@ -74,12 +79,15 @@ class WorkerPool {
     int64_t backlog = 0;
     bool is_running = false;
     bool is_leaving = false;
+    double cancel_again_s = -1;  // due then, after a refusal; -1: none
+    int num_uncancelled = 0;     // refusals
     std::string reason;
   };
 
   void See(const std::vector<WorkerJob>& jobs, const HeardWorkers& heard, double now_s);
   void Forget(const std::vector<WorkerJob>& jobs, double now_s, Plan* plan);
   void GiveUp(const PoolTime& now, Plan* plan);
+  void CancelAgain(double now_s, Plan* plan) const;
   void Leave(const std::string& name, const std::string& why, Plan* plan);
   void Grow(int num_missing, double now_s, Plan* plan);
   void Shrink(int num_spare, double now_s, Plan* plan);
@@ -98,6 +106,8 @@ class WorkerPool {
   double spare_since_s_ = -1;
   std::string refusal_;  // of the last submission
   std::string problem_;
+  std::string cancel_refusal_;  // the last one
+  std::string uncancelled_;
 };
 
 }  // namespace skein

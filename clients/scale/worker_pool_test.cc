@@ -102,6 +102,32 @@ TEST_F(WorkerPoolTest, SpareWorkersLeaveLateAndIdleOnesFirst) {
   EXPECT_EQ(pool_.num_running(), 1);
 }
 
+TEST_F(WorkerPoolTest, ARefusedCancellationIsTriedAgainLaterAndLater) {
+  const std::vector<std::string> spare = {a_};
+  Run(a_, 0);
+  EXPECT_EQ(LookUntilDecided(0, 70).leaving, spare);
+  pool_.OnCancelled(spare, Unavailable("no answer"), now_.monotonic_s);
+  EXPECT_EQ(pool_.uncancelled(), "no answer");
+  EXPECT_EQ(pool_.problem(), "");
+  EXPECT_TRUE(LookUntilDecided(0, 8).leaving.empty());
+  EXPECT_EQ(LookUntilDecided(0, 4).leaving, spare);
+  pool_.OnCancelled(spare, Unavailable("no answer"), now_.monotonic_s);
+  EXPECT_TRUE(LookUntilDecided(0, 18).leaving.empty());
+  EXPECT_EQ(LookUntilDecided(0, 4).leaving, spare);
+  pool_.OnCancelled(spare, Status::Ok(), now_.monotonic_s);
+  EXPECT_EQ(pool_.uncancelled(), "");
+  EXPECT_TRUE(LookUntilDecided(0, 400).leaving.empty());
+}
+
+TEST_F(WorkerPoolTest, AWorkerThatEndsInSpiteOfARefusalIsNotCancelledAgain) {
+  Run(a_, 0);
+  EXPECT_EQ(LookUntilDecided(0, 70).leaving, (std::vector<std::string>{a_}));
+  pool_.OnCancelled({a_}, Unavailable("no answer"), now_.monotonic_s);
+  jobs_.clear();
+  EXPECT_TRUE(LookUntilDecided(0, 400).leaving.empty());
+  EXPECT_EQ(pool_.uncancelled(), "");
+}
+
 TEST_F(WorkerPoolTest, AShortLullLetsNobodyGo) {
   Run(a_, 0);
   EXPECT_TRUE(LookUntilDecided(0, 50).leaving.empty());

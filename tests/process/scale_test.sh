@@ -11,6 +11,7 @@ use_small_place
 session=$workspace/session
 mkdir "$workspace/without_slurm"
 skein=$SKEIN_BUILD/bin/skein
+readonly leave_limit_ms=5000 # an engine kills after 5 s (clients/scale/engine.h)
 
 # refuses STATUS TEXT OPTION...: one line that holds TEXT
 refuses() {
@@ -58,6 +59,7 @@ is_gone() { ! kill -0 $group 2>/dev/null; }
 wait_until 15 "a worker that is told to leave leaves" is_gone
 took_ms=$(($(date +%s%3N) - start_ms))
 echo "a worker of $(wc -w <<<"$group") processes left within $took_ms ms"
+((took_ms <= leave_limit_ms)) || fail "a worker that is told to leave took $took_ms ms, more than $leave_limit_ms"
 
 finish "$session"
 expect_model "$session" 1

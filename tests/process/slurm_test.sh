@@ -131,8 +131,9 @@ start_scale --engine slurm --min 1 --max 1 --job-option --partition=nowhere
 wait_until 120 "a refusal is told" scale_says 'slurm: sbatch: error: .*; the session goes on without more workers'
 stop_scale
 
-# No node is up, and the invitation ends in the queue.
-scontrol update nodename=node1,node2 state=down reason=test
+# No node takes jobs, and the invitation ends in the queue. With ReturnToService=2, a node that was set down and answers is idle
+# again at its next registration (slurm.conf(5)); one that is drained stays so.
+scontrol update nodename=node1,node2 state=drain reason=test
 start_scale --engine slurm --min 1 --max 1 --expires 120s
 wait_until 120 "a job waits" scale_tells '^running: 0 workers, waiting in the queue of slurm: 1;'
 wait_until 120 "an invitation that ends in the queue is told" scale_says 'is cancelled: its invitation ended while it waited in the queue'
