@@ -481,6 +481,36 @@ const cases = {
     await browser.until('it is connected', (s) => s.connected);
     server.tell('revoke');
     await page.locator('#connection.lost').filter({ hasText: 'Not connected: this invitation was revoked' }).waitFor();
+    await page.locator('#notice').filter({ hasText: 'Ask whoever runs the session for a new one' }).waitFor();
+    return server.url;
+  },
+
+  async 'who is not let in reads why and what to do, on the page and on a phone'({ browser, openPhone, start }) {
+    const server = await start('--at', 'end');
+    const { page } = browser;
+    const phone = await openPhone();
+    const door = (on, id, ...texts) => Promise.all(texts.map((text) => on.locator(id).filter({ hasText: text }).waitFor()));
+    // The server out of reach: its files are here, and nothing else comes.
+    for (const { page: on } of [browser, phone]) {
+      await on.route('**/api/**', (route) => route.abort());
+      await on.routeWebSocket(/\/ws$/, (socket) => socket.close());
+    }
+    await page.goto(server.url);
+    await phone.page.goto(`${server.url}phone`);
+    await door(page, '#empty', 'Server not reached', 'The page tries again by itself');
+    await door(phone.page, '#door', 'Server not reached', 'The page tries again by itself');
+    for (const { page: on } of [browser, phone]) {
+      await on.unrouteAll();
+      assert.deepEqual(await contrastFaults(on), {});
+    }
+    await phone.until('the phone is let in by itself', (s) => s.connection.ok);
+    server.tell('shut');
+    await door(phone.page, '#door', 'Invitation expired', 'Ask whoever runs the session for a new one');
+    await page.goto(server.url);
+    await door(page, '#empty', 'Invitation expired', 'This invitation has expired: ask for another.', 'Ask whoever runs the session for a new one');
+    await picture(page, 'door');
+    await picture(phone.page, 'phone_door');
+    assert.deepEqual(await contrastFaults(page), {});
     return server.url;
   },
 
@@ -926,6 +956,27 @@ const cases = {
     expectClean(browser, server.url);
     await browser.close();
     remove();
+  },
+
+  async 'a phone whose server says nothing opens its page and keeps photos'({ openPhone, start }) {
+    const server = await start('--at', 'end');
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(`${server.url}phone`);
+    await browser.until('the browser keeps the page', (s) => s.connection.ok && s.opensOffline);
+    await page.reload(); // the worker has the page from here on
+    await browser.until('the page is back', (s) => s.connection.ok);
+    server.tell('mute');
+    const began = Date.now();
+    await page.reload({ waitUntil: 'commit' });
+    await page.locator('#choose').waitFor({ state: 'attached' });
+    await page.locator('#page').waitFor();
+    assert.ok(Date.now() - began < 60000, 'it waits for TCP to give up');
+    await page.locator('#choose').setInputFiles({ name: 'a.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no matter') });
+    await browser.until('it is kept', (s) => s.counts.taken === 1);
+    server.tell('obey');
+    await browser.until('it is sent', (s) => s.counts.received === 1);
+    expectClean(browser, server.url);
   },
 
   async 'a phone without https: what that would add, and a warning before a reload'({ openOther, start }) {

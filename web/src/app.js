@@ -3,6 +3,7 @@ import { storedChoice, storeChoice } from './choices.js';
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
 import { kDense } from './dense.js';
 import { Dismissed } from './dismissed.js';
+import { doorOf, kConnecting, kUnreachable } from './door.js';
 import { Feed } from './feed.js';
 import { heirOf, liveSubmaps, notPlacedOf, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
@@ -12,6 +13,7 @@ import { Shapes } from './shapes.js';
 import { Timeline } from './timeline.js';
 import { Compare } from './ui/compare.js';
 import { byId, h, iconButton, setText } from './ui/dom.js';
+import { showDoor } from './ui/door.js';
 import { Header } from './ui/header.js';
 import { showHelp } from './ui/help.js';
 import { showInvite } from './ui/invite.js';
@@ -45,7 +47,8 @@ export class App {
     this.dismissed = new Dismissed();
     this.session = {};
     this.status = null;
-    this.connection = { connected: false, heard: null };
+    this.connection = { connected: false, heard: null, refused: '' };
+    this.hasTried = false; // to connect
     this.numConnections = 0;
     this.selection = null;
     this.follow = false;
@@ -119,6 +122,7 @@ export class App {
       connection: (connection) => {
         const again = connection.connected && !this.connection.connected;
         this.connection = connection;
+        this.hasTried = true;
         if (again) this.numConnections++;
         if (again) this.askSession();
         if (again) this.dense.doubt();
@@ -271,15 +275,21 @@ export class App {
   view() {
     const { timeline } = this;
     const state = timeline.shown;
+    const diagnoses = this.diagnoses();
     return {
-      state, timeline, summary: { ...summarize(state), dismissed: this.numDismissed(state) }, status: this.status, connection: this.connection, session: this.session,
+      state, timeline, diagnoses, summary: { ...summarize(state, diagnoses), dismissed: this.numDismissed(state) }, status: this.status, connection: this.connection, session: this.session,
       selection: this.selection, theme: this.theme, now: performance.now(), utimeNow: this.utimeNow(),
       pointsOf: (id) => (timeline.isLive ? this.world.shapes.get(id)?.manifest.chunks.reduce((n, c) => n + c.points, 0) ?? 0 : 0),
     };
   }
 
+  // Of the newest status message, by image id: of the present alone.
+  diagnoses() {
+    return new Map(this.timeline.isLive ? this.status?.diagnoses?.map((d) => [d.image, d]) : []);
+  }
+
   numDismissed(state) {
-    return this.dismissed.list.length === 0 ? 0 : notPlacedOf(state).filter(({ key }) => this.dismissed.has(key)).length;
+    return this.dismissed.list.length === 0 ? 0 : notPlacedOf(state, this.diagnoses()).filter(({ key }) => this.dismissed.has(key)).length;
   }
 
   // By the server's clock as far as it was heard: the browser's may be wrong.
@@ -432,16 +442,19 @@ export class App {
   }
 
   updateEmpty({ summary, timeline, connection }) {
-    const empty = byId('empty');
     const nothing = summary.counts.placed === 0 && timeline.isLive && this.viewer.submaps.numPoints === 0;
-    empty.hidden = !nothing;
-    if (!nothing) return;
-    const text = !connection.connected && connection.heard === null
-      ? ['Connecting', 'The page asks the server of this session.']
-      : summary.counts.received === 0
-        ? ['No photos yet', `${byId('invite_button').hidden ? 'Start' : 'Invite a phone at the upper right, or start'} an agent; the map appears here as photos arrive.`]
-        : ['The map begins soon', 'The first two photos that overlap well begin it.'];
-    empty.replaceChildren(h('b', {}, text[0]), h('span', {}, text[1]));
+    if (nothing) showDoor(byId('empty'), this.whyEmpty(summary.counts.received, connection), connection.refused ? 'alert' : 'status');
+    else byId('empty').hidden = true;
+    // The header tells why, and what is shown stays.
+    if (!nothing && connection.refused) this.notice(doorOf(connection.refused).help);
+  }
+
+  whyEmpty(received, { connected, heard, refused }) {
+    if (refused) return doorOf(refused);
+    if (!connected && heard === null) return this.hasTried ? kUnreachable : kConnecting;
+    if (received > 0) return { title: 'The map begins soon', what: 'The first two photos that overlap well begin it.', help: '' };
+    const how = byId('invite_button').hidden ? 'Start' : 'Invite a phone at the upper right, or start';
+    return { title: 'No photos yet', what: `${how} an agent; the map appears here as photos arrive.`, help: '' };
   }
 
   notice(text) {
@@ -613,7 +626,8 @@ export class App {
 
   describe() {
     const { shown, live } = this.timeline;
-    const { counts, notPlaced } = summarize(shown);
+    const diagnoses = this.diagnoses();
+    const { counts, notPlaced } = summarize(shown, diagnoses);
     return {
       dismissed: this.numDismissed(shown),
       session: this.feed.sessionId, head: live.head, shownHead: shown.head, isLive: this.timeline.isLive,
@@ -622,7 +636,7 @@ export class App {
       submaps: liveSubmaps(shown).map((s) => ({ id: s.id, registered: s.numRegistered, state: s.state })),
       merges: [...shown.merges.values()].map(({ source, target, state }) => ({ source, target, state })),
       joining: [...this.world.joining.keys()], joined: this.world.joined,
-      unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p).standing)).map((p) => p.id),
+      unplaced: [...shown.photos.values()].filter((p) => ['unplaced', 'failed'].includes(standingOf(shown, p, diagnoses).standing)).map((p) => p.id),
       points: this.viewer.submaps.numPoints, pointsShown: this.viewer.submaps.numPointsShown, loading: this.loading ?? 0,
       surface: {
         of: [...this.dense.submaps.keys()], on: this.viewer.submaps.showsSurfaces, loading: this.loadingDense ?? 0,

@@ -72,7 +72,7 @@ const folds = {
       orientation: e.orientation ?? 1, bytes: e.bytes, focal: e.focal, captured: e.captured ?? 0,
       received: e.received || e.t, gps: e.gps ?? null,
       stored: e.t, described: 0, matched: 0, firstPlaced: 0,
-      keypoints: null, numPairs: 0, describeS: null, matchS: null, placeS: null, failed: null,
+      keypoints: null, numCandidates: null, numPairs: 0, describeS: null, matchS: null, placeS: null, failed: null,
     });
     let agent = state.agents.get(e.agent ?? '');
     if (!agent) {
@@ -92,7 +92,10 @@ const folds = {
     photo.keypoints = e.keypoints;
     photo.describeS = e.s ?? null;
   },
-  candidates() {},
+  candidates(state, e) {
+    const photo = state.photos.get(e.image);
+    if (photo) photo.numCandidates = e.count ?? null;
+  },
   matched(state, e) {
     for (const [other, inliers] of e.pairs ?? []) addEdge(state, e.image, other, inliers);
     const photo = state.photos.get(e.image);
@@ -204,6 +207,8 @@ export function placeOf(state, imageId) {
   return null;
 }
 
+const kNoDiagnoses = new Map();
+
 // What the live submaps last said of a photo that none holds, the youngest submap first, as
 // SessionState::WhyUnregistered.
 function refusalOf(state, imageId) {
@@ -223,17 +228,26 @@ export function bestLink(state, imageId) {
 }
 
 // standing: 'placed', 'waiting' (in work, or its turn comes), 'unplaced' (tried in vain) or 'failed'. cause: of the last two, a key
-// of words.js. reason: what a service says, or what is waited for.
-export function standingOf(state, photo) {
+// of words.js. reason: what a service says, or what is waited for. needsOthers: it waits for photos that are to be taken.
+//
+// diagnoses: image id -> diagnosis of the newest status message. They know more than events do, and phone and `skein status` tell
+// the same; only of a place do events know sooner.
+export function standingOf(state, photo, diagnoses = kNoDiagnoses) {
   const place = placeOf(state, photo.id);
   if (place) return { standing: 'placed', reason: '', ...place };
   if (photo.failed) return { standing: 'failed', ...photo.failed };
+  const told = diagnoses.get(photo.id);
+  if (told) return { ...refusalOf(state, photo.id), ...told, standing: told.cause === 'failed' ? 'failed' : 'unplaced' };
   if (!photo.described) return { standing: 'waiting', reason: 'waits for its features' };
   if (photo.keypoints === 0) return { standing: 'unplaced', cause: 'few details', reason: '', keypoints: 0 };
   if (!photo.matched) return { standing: 'waiting', reason: 'waits for its matches' };
   const refusal = refusalOf(state, photo.id);
   if (refusal) return { standing: 'unplaced', cause: refusal.trial.cause, reason: refusal.trial.reason, ...refusal };
-  if (!state.edges.get(photo.id)?.size) return { standing: 'unplaced', cause: 'no overlap', reason: '' };
+  if (!state.edges.get(photo.id)?.size) {
+    // There was nothing to compare it with, as of the first photo.
+    if (photo.numCandidates === 0) return { standing: 'waiting', reason: 'waits for photos that overlap it', needsOthers: true };
+    return { standing: 'unplaced', cause: 'no overlap', reason: '' };
+  }
   const finishedSince = state.finish?.state === 'done' && state.finish.utime >= photo.matched;
   if (finishedSince) return { standing: 'unplaced', cause: state.finish.cut ? 'not in time' : 'weak overlap', reason: '' };
   return { standing: 'waiting', reason: 'waits for its place' };
@@ -241,10 +255,10 @@ export function standingOf(state, photo) {
 
 // Photos that are not placed, the newest first, and then those that were refused before they had an id:
 // [{key, photo or refused, standing}]. A key tells a photo from one that a repaired ledger numbers alike.
-export function notPlacedOf(state) {
+export function notPlacedOf(state, diagnoses = kNoDiagnoses) {
   const list = [];
   for (const photo of state.photos.values()) {
-    const standing = standingOf(state, photo);
+    const standing = standingOf(state, photo, diagnoses);
     if (standing.standing !== 'unplaced' && standing.standing !== 'failed') continue;
     list.push({ key: photoKey(photo), photo, standing });
   }
@@ -257,8 +271,9 @@ export function notPlacedOf(state) {
 
 export const photoKey = ({ id, stored }) => `p${id}/${stored}`;
 
-// Everything that is counted, in one pass over the photos. `received` holds refused ones, as report.json does.
-export function summarize(state) {
+// Everything that is counted, in one pass over the photos. `received` holds refused ones, as report.json does. needOthers: of those
+// that wait, how many wait for photos that are to be taken.
+export function summarize(state, diagnoses = kNoDiagnoses) {
   const counts = {
     received: state.photos.size + state.refused.length,
     described: 0, matched: 0, placed: 0, waiting: 0, unplaced: 0, failed: state.refused.length,
@@ -266,18 +281,20 @@ export function summarize(state) {
   const placedOf = new Map(); // agent -> photos placed
   const receivedOf = new Map(); // agent -> photos received, refused ones among them
   for (const { agent } of state.refused) receivedOf.set(agent, (receivedOf.get(agent) ?? 0) + 1);
+  let needOthers = 0;
   const latencies = []; // {t, s} of the photos that were placed, by the time of their first place
   for (const photo of state.photos.values()) {
     counts.described += photo.described > 0;
     counts.matched += photo.matched > 0;
-    const { standing } = standingOf(state, photo);
+    const { standing, needsOthers = false } = standingOf(state, photo, diagnoses);
     counts[standing]++;
+    needOthers += needsOthers;
     receivedOf.set(photo.agent, (receivedOf.get(photo.agent) ?? 0) + 1);
     if (standing === 'placed') placedOf.set(photo.agent, (placedOf.get(photo.agent) ?? 0) + 1);
     if (photo.firstPlaced) latencies.push({ t: photo.firstPlaced, s: (photo.firstPlaced - photo.received) / 1e6 });
   }
   latencies.sort((a, b) => a.t - b.t);
-  return { counts, placedOf, receivedOf, latencies, notPlaced: counts.unplaced + counts.failed };
+  return { counts, placedOf, receivedOf, latencies, needOthers, notPlaced: counts.unplaced + counts.failed };
 }
 
 export function liveSubmaps(state) {

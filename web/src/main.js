@@ -1,28 +1,30 @@
 import { App } from './app.js';
+import { doorOf, kConnecting } from './door.js';
 import { enter } from './enter.js';
-import { byId, h } from './ui/dom.js';
+import { byId } from './ui/dom.js';
+import { showDoor } from './ui/door.js';
+
+const kPatienceMs = 8000;
 
 const app = new App();
+showDoor(byId('empty'), kConnecting, 'status');
 const refusal = await whyNotLetIn();
-if (refusal) showDoor(refusal);
+if (refusal) showDoor(byId('empty'), doorOf(refusal));
 else app.start();
 
 // '' on the session's own host, with an invitation that holds, and while the server is away.
 async function whyNotLetIn() {
+  const ask = (path, options) => fetch(path, { ...options, signal: AbortSignal.timeout(kPatienceMs) });
   try {
-    const told = await enter();
+    const told = await enter({ fetch: ask });
     if (told) return told;
-    const answer = await fetch('/api/session', { cache: 'no-store' });
+    const answer = await ask('/api/session', { cache: 'no-store' });
     return answer.status === 401 || answer.status === 403 ? (await answer.json()).error : '';
   } catch {
     return '';
   }
 }
 
-function showDoor(why) {
-  byId('empty').hidden = false;
-  byId('empty').replaceChildren(h('h2', {}, 'Not let in'), h('p', { role: 'alert' }, `${why[0].toUpperCase()}${why.slice(1)}.`));
-}
 addEventListener('hashchange', () => location.reload());
 
 // For tests and the browser's console.

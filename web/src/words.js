@@ -35,6 +35,7 @@ const kCauses = {
     'iPhone: Settings > Camera > Formats > Most Compatible; when sharing, Options > Most Compatible. Android: switch off HEIF, or “high efficiency”, in the camera’s settings.'],
   'too small': () => ['It is too small.', 'Send photos in their full size.'],
   'too large': () => ['It is larger than this session takes.', 'Send it smaller, or raise the limit of the ingest service.'],
+  altered: () => ['Twice it arrived with other bytes than this phone had read.', 'Choose it again, or take it again.'],
   vanished: () => ['The connection was lost while it was being sent.', 'Start the agent again: it sends what is missing.'],
 };
 const kNoReason = 'No reason was given.';
@@ -140,33 +141,76 @@ export function ago(s) {
   return `${seconds(Math.round(s))} ago`;
 }
 
-const kFinishing = {
-  requested: 'Finishing: the last photos are being matched.',
-  drained: 'Finishing: the maps are put in order and joined where they overlap.',
-  settled: 'Finishing: the final adjustment of all cameras and points.',
+// States of a finish in their order, as FinishStateName of libs/state/session/state_names.h; a finish without divided places has
+// no batch. {now: on the button, sentence: of the header}
+const kFinishSteps = {
+  requested: { now: 'The last photos are being matched.', sentence: 'Finishing: the last photos are being matched.' },
+  drained: { now: 'The maps are put in order and joined.', sentence: 'Finishing: the maps are put in order and joined where they overlap.' },
+  batch: {
+    now: 'A place with several maps is mapped once more, by all its photos at once.',
+    sentence: 'Finishing: a place with several maps is mapped once more, by all its photos at once.',
+  },
+  settled: { now: 'The final adjustment.', sentence: 'Finishing: the final adjustment of all cameras and points.' },
+  done: { now: 'Finished. Photos that come later are taken in, too: finish again after them.', sentence: '' },
 };
+const kStepNames = Object.keys(kFinishSteps);
+export const kLastFinishStep = kStepNames.length - 1;
 
-// What happens now, in one sentence. `summary` of summarize(); `status` is the newest status message or null.
-export function whatHappens(state, summary, status, isLive) {
-  const { counts, notPlaced, dismissed = 0 } = summary;
-  const maps = liveSubmaps(state).filter((s) => s.numRegistered > 0);
+// {isRunning, step: null where a later version names a state that this page does not know, words}. finish: of the state, or null.
+export function finishProgress(finish) {
+  if (!finish) return { isRunning: false, step: null, words: 'All maps are adjusted and joined once more, checked and written. A time gives the best that there is by then.' };
+  const isRunning = finish.state !== 'done';
+  const at = kStepNames.indexOf(finish.state);
+  const cut = finish.cut && !isRunning ? ' Its time was up: what was left is left out, and told in the report.' : '';
+  return { isRunning, step: at < 0 ? null : at, words: (kFinishSteps[finish.state]?.now ?? 'It is being finished.') + cut };
+}
+
+function finishingSentence(finish) {
+  if (!finish || finish.state === 'done') return '';
+  return kFinishSteps[finish.state]?.sentence ?? 'Finishing.';
+}
+
+// In a sentence or two what happens ('live'), happened ('past', of a replay), or what a stored session ended with ('stored').
+// `summary` of summarize().
+export function whatHappens(state, summary, when) {
+  const { counts, needOthers } = summary;
+  const working = counts.waiting - needOthers;
+  if (when === 'stored') return howItEnded(state, summary, working);
   const open = [...state.merges.values()].find((m) => m.state === 'ordered' || m.state === 'frozen');
-  const finishing = kFinishing[state.finish?.state];
+  const finishing = finishingSentence(state.finish);
   if (counts.received === 0) return 'Waiting for the first photo.';
   if (finishing) return finishing;
   if (open) return `Map ${open.source} is being joined to map ${open.target}.`;
-  if (counts.waiting > 0) {
+  if (working > 0) {
     const pace = medianGap(summary.latencies);
-    const about = isLive && pace ? `, about ${seconds(pace)} a photo` : '';
-    return `Placing photos: ${groups(counts.waiting)} waiting${about}.`;
+    const about = when === 'live' && pace ? `, about ${seconds(pace)} a photo` : '';
+    return `Placing photos: ${groups(working)} waiting${about}.`;
   }
-  if (maps.length === 0) return 'No map yet: two photos that overlap well are needed to begin one.';
-  const where = maps.length === 1 ? 'One map' : `${maps.length} separate maps`;
-  const rest = notPlaced === 0 ? ', every photo placed.' : `. ${notPlacedWords(notPlaced, dismissed)}`;
-  const finished = state.finish?.state === 'done' && lastPhotoBefore(state, state.finish.utime);
-  if (finished) return `Finished. ${where}${rest}`;
-  if (maps.length > 1) return `${where}${rest} Photos that show parts of two maps join them.`;
-  return `${where}${rest} Ready for more.`;
+  if (numMaps(state) === 0) return 'No map yet: two photos that overlap well are needed to begin one.';
+  const maps = mapsWords(state, summary);
+  if (hasFinished(state)) return `Finished. ${maps}`;
+  if (numMaps(state) > 1) return `${maps} Photos that show parts of two maps join them.`;
+  return when === 'live' ? `${maps} Ready for more.` : maps;
+}
+
+// Nothing goes on any more, whatever the last facts are.
+function howItEnded(state, summary, working) {
+  if (summary.counts.received === 0) return 'No photo was sent.';
+  const left = working === 0 ? '' : ` ${plural(working, 'photo')} had not been tried when it ended.`;
+  if (numMaps(state) === 0) return `No map: two photos that overlap well are needed to begin one.${left}`;
+  const isCutOff = finishingSentence(state.finish) !== '';
+  const how = hasFinished(state) ? 'Finished. ' : isCutOff ? 'It ended before its finish was done. ' : '';
+  return how + mapsWords(state, summary, working > 0) + left;
+}
+
+const numMaps = (state) => liveSubmaps(state).filter((s) => s.numRegistered > 0).length;
+const hasFinished = ({ finish, photos }) => finish?.state === 'done' && lastPhotoBefore({ photos }, finish.utime);
+
+function mapsWords(state, { notPlaced, needOthers, dismissed = 0 }, isMoreLeft = false) {
+  const maps = numMaps(state) === 1 ? 'One map' : `${numMaps(state)} separate maps`;
+  const alone = needOthers === 0 ? '' : ` ${plural(needOthers, 'photo waits', 'photos wait')} for others that overlap ${needOthers === 1 ? 'it' : 'them'}.`;
+  if (notPlaced > 0) return `${maps}. ${notPlacedWords(notPlaced, dismissed)}${alone}`;
+  return alone || isMoreLeft ? `${maps}.${alone}` : `${maps}, every photo placed.`;
 }
 
 // notPlaced: those that were dismissed among them.
@@ -188,6 +232,13 @@ export function retryWords(state, triable, mayFinish) {
   const byItself = 'A photo is tried again by itself when one that shows the same place is placed.';
   if (!mayFinish) return { words: byItself, can: false };
   return { words: `${byItself} Trying all again is a finish: seconds to some minutes, and the session goes on.`, can: true };
+}
+
+// Where a phone's browser cannot keep what it should: what that is, and what to do. name: of the error.
+export function storageWords(name) {
+  return name === 'QuotaExceededError'
+    ? 'This phone’s storage is full. Photos that wait here are sent all the same: free some space, and leave this page open until they are.'
+    : `This browser’s storage fails (${name}). Reload this page: what was kept before is still there.`;
 }
 
 function lastPhotoBefore(state, utime) {

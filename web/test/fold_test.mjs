@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { bestLink, emptyState, fold, foldUpTo, heirOf, liveSubmaps, percentile, standingOf, summarize } from '../src/fold.js';
+import { bestLink, emptyState, fold, foldUpTo, heirOf, liveSubmaps, notPlacedOf, percentile, standingOf, summarize } from '../src/fold.js';
 import { Timeline } from '../src/timeline.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
@@ -33,6 +33,32 @@ test('Without keypoints, without overlap and refused photos are not placed, each
   assert.deepEqual(standings.map((s) => s.cause), ['few details', 'no overlap', 'weak overlap']);
   assert.deepEqual(standings.map((s) => s.reason), ['', '', 'too few inliers']);
   assert.equal(summarize(state).counts.unplaced, 3);
+});
+
+test('The first photo waits for others: nothing was there to compare it with, as diagnosis.cc has it', () => {
+  const before = (image, count) => [photo(image), { kind: 'described', image, keypoints: 9 }, { kind: 'candidates', image, count }, { kind: 'matched', image, pairs: [] }];
+  const state = foldAll(session(...before(1, 0), ...before(2, 1)));
+  assert.deepEqual(standingOf(state, state.photos.get(1)), { standing: 'waiting', reason: 'waits for photos that overlap it', needsOthers: true });
+  assert.equal(standingOf(state, state.photos.get(2)).cause, 'no overlap');
+  const { counts, needOthers, notPlaced } = summarize(state);
+  assert.deepEqual([counts.waiting, needOthers, notPlaced], [1, 1, 1]);
+});
+
+test('While it is live a photo stands as the status tells; a place or a failure that events tell comes first', () => {
+  const matched = (image) => [photo(image), { kind: 'described', image, keypoints: 9 }, { kind: 'matched', image, pairs: [[9, 40]] }];
+  const state = foldAll(session(
+    ...matched(1), ...matched(2), ...matched(3), ...matched(4), registration(2, 1, 'registered'), registration(4, 1, 'deferred', 'too few inliers'),
+    { kind: 'failure', image: 3, agent: 'a', name: '3.jpg', stage: 's', cause: 'failed', reason: 'x', parked: true }));
+  const told = (image, reason = '') => ({ image, cause: 'rotation only', reason, inliers: 40, needed: 30, other: 'a/9.jpg' });
+  const diagnoses = new Map([1, 2, 3].map((image) => [image, told(image)]).concat([[4, told(4, 'too few inliers')]]));
+  const standings = [1, 2, 3, 4].map((image) => standingOf(state, state.photos.get(image), diagnoses));
+  assert.deepEqual(standings.map((s) => [s.standing, s.cause]), [
+    ['unplaced', 'rotation only'], ['placed', undefined], ['failed', 'failed'], ['unplaced', 'rotation only']]);
+  assert.equal(standings[0].other, 'a/9.jpg');
+  assert.equal(standings[3].trial.state, 'deferred');
+  assert.equal(standing(state, 1), 'waiting', 'of facts alone');
+  assert.equal(summarize(state, diagnoses).notPlaced, notPlacedOf(state, diagnoses).length);
+  assert.deepEqual(notPlacedOf(state, diagnoses).map(({ photo: { id } }) => id), [4, 3, 1]);
 });
 
 test('A photo that was withdrawn, or whose submap ended, is placed no longer', () => {

@@ -3,10 +3,12 @@ import { createHash, randomBytes } from 'node:crypto';
 import { test } from 'node:test';
 import { enter } from '../src/enter.js';
 import { exifSegment, withExif } from '../src/phone/exif.js';
+import { keep } from '../src/phone/keep.js';
 import { ScreenLock } from '../src/phone/screen_lock.js';
 import { hashOf, Sha256 } from '../src/phone/sha256.js';
 import { BurstPicker, sharpnessOf, shiftOf } from '../src/phone/sharpness.js';
 import { Uploader } from '../src/phone/uploader.js';
+import { explain, storageWords } from '../src/words.js';
 
 const sha = (bytes) => createHash('sha256').update(bytes).digest('hex');
 
@@ -31,24 +33,29 @@ class FakeServer {
     this.cuts = 0; // so many bodies arrive in half
     this.down = false;
     this.states = {};
+    this.shut = ''; // why nobody is let in
+    this.asked = [];
     this.fetch = (path, options) => this.answer(path, options);
   }
 
   reply(status, headers = {}, body = {}) {
-    return { ok: status < 400, status, headers: new Headers(headers), json: async () => body };
+    return { ok: status < 400, status, headers: new Headers(headers), json: async () => JSON.parse(body === null ? '' : JSON.stringify(body)) };
   }
 
   async answer(path, { method, headers, body }) {
     if (this.down) throw new TypeError('no connection');
-    if (path.endsWith('/states')) {
+    this.asked.push(method);
+    if (!this.shut && path.endsWith('/states')) {
       const { photos } = JSON.parse(body);
       return this.reply(200, {}, { states: photos.map(([id]) => this.states[id] ?? { state: 'received' }) });
     }
+    if (this.shut) return this.reply(401, {}, method === 'HEAD' ? null : { error: this.shut }); // whatever is asked
+    if (path === '/api/session') return this.reply(200);
     const id = path.split('/').pop();
     const here = this.photos.get(id);
     if (method === 'HEAD') {
-      if (!here) return this.reply(404);
-      return this.reply(200, { 'Upload-Offset': String(here.bytes.length), ...(here.stored ? { 'Upload-Stored': '1' } : {}) });
+      if (!here) return this.reply(404, {}, null);
+      return this.reply(200, { 'Upload-Offset': String(here.bytes.length), ...(here.stored ? { 'Upload-Stored': '1' } : {}) }, null);
     }
     if (this.refusal) return this.reply(...this.refusal);
     const bytes = Buffer.from(await body.arrayBuffer());
@@ -82,15 +89,24 @@ class FakeQueue {
   async dropBytes(id) {
     this.bytes.delete(id);
   }
+  async add(photo, bytes) {
+    this.photos.set(photo.sha, photo);
+    this.bytes.set(photo.sha, bytes);
+    return true;
+  }
+  async again(id, changes, bytes) {
+    Object.assign(this.photos.get(id), changes);
+    this.bytes.set(id, bytes);
+  }
 }
 
 function uploaderOf(queue, server) {
-  const said = [];
+  const said = [], storage = [];
   const uploader = new Uploader({
-    queue, fetch: server.fetch, on: { changed() {}, connection: (c) => said.push(c) },
+    queue, fetch: server.fetch, on: { changed() {}, connection: (c) => said.push(c), storage: (error) => storage.push(error?.name ?? '') },
     setTimeout: (f, ms) => setTimeout(f, Math.min(ms, 15)), clearTimeout,
   });
-  uploader.said = said;
+  Object.assign(uploader, { said, storage });
   return uploader;
 }
 
@@ -146,14 +162,117 @@ test('without a photo the phone learns whether the server answers', async () => 
   uploader.stopped = true;
 });
 
-test('an invitation that ended stops it', async () => {
+test('an invitation that ended stops it, and why is asked where the answer has no body', async () => {
   const queue = new FakeQueue([randomBytes(1000)]), server = new FakeServer();
-  server.refusal = [401, {}, { error: 'open the link of your invitation' }];
+  server.shut = 'this invitation was revoked';
+  const uploader = uploaderOf(queue, server);
+  uploader.pump();
+  await until('it has stopped', () => uploader.stopped);
+  assert.deepEqual(server.asked, ['HEAD', 'GET']);
+  assert.ok(uploader.said.some((c) => c.stopped && c.why === 'this invitation was revoked'));
+  assert.notEqual([...queue.photos.values()][0].state, 'refused', 'the photo is kept for the next invitation');
+  const { length } = server.asked;
+  uploader.retryNow();
+  await new Promise((r) => setTimeout(r, 60));
+  assert.equal(server.asked.length, length, 'it goes on asking');
+});
+
+test('a photo that arrives with other bytes is sent once more, then refused with what to do', async () => {
+  const queue = new FakeQueue([randomBytes(1000)]), server = new FakeServer();
+  server.refusal = [422, {}, { error: 'its bytes have another hash' }];
   const uploader = uploaderOf(queue, server);
   uploader.start();
-  await until('it has stopped', () => uploader.stopped);
-  assert.ok(uploader.said.some((c) => c.stopped && /invitation/.test(c.why)));
-  assert.notEqual([...queue.photos.values()][0].state, 'refused', 'the photo is kept for the next invitation');
+  await until('it is refused', () => all(queue, 'refused'));
+  await new Promise((r) => setTimeout(r, 60));
+  assert.equal(server.asked.filter((m) => m === 'PATCH').length, 2);
+  const [photo] = queue.photos.values();
+  assert.equal(photo.cause, 'altered');
+  assert.match(explain(photo).help, /^Choose it again/);
+  uploader.stopped = true;
+});
+
+// Reads of it are counted; each gives other bytes, as of a file that an application rewrites.
+class ChangingFile extends Blob {
+  reads = 0;
+  async arrayBuffer() {
+    return new Uint8Array([++this.reads, 2, 3]).buffer;
+  }
+}
+
+test('a file is read once: what is kept has the hash that it is kept by', async () => {
+  const queue = new FakeQueue([]), file = new ChangingFile([new Uint8Array(3)]);
+  const about = { name: 'a.jpg', taken: 1, gps: null, thumbnailOf: async () => null };
+  assert.equal(await keep(queue, file, about), null);
+  assert.equal(file.reads, 1);
+  const [[id, bytes]] = queue.bytes;
+  assert.equal(id, sha(Buffer.from(await bytes.arrayBuffer())));
+  await assert.rejects(keep(queue, new Blob([]), about), /empty/);
+});
+
+test('a photo that was lost or refused is taken again; others are here already', async () => {
+  const bytes = randomBytes(1000);
+  const queue = new FakeQueue([bytes]), server = new FakeServer();
+  const [photo] = queue.photos.values();
+  const choose = () => keep(queue, new Blob([bytes]), { name: 'again.jpg', taken: 2, gps: null, thumbnailOf: async () => null });
+  for (const state of ['queued', 'sending', 'received', 'waiting', 'placed', 'unplaced', 'failed']) {
+    photo.state = state;
+    assert.equal(await choose(), photo, state);
+  }
+  for (const state of ['lost', 'refused']) {
+    Object.assign(photo, { state, reason: 'x', cause: 'altered', offset: 1000 });
+    await queue.dropBytes(photo.sha);
+    assert.equal(await choose(), null, state);
+    assert.deepEqual([photo.state, photo.reason, photo.cause, photo.offset, photo.name, queue.bytes.size], ['queued', '', '', 0, 'again.jpg', 1]);
+  }
+  // The server's ledger tells the earlier refusal until it has the photo.
+  server.states[photo.sha] = { state: 'refused', cause: 'unreadable', reason: 'x' };
+  const uploader = uploaderOf(queue, server);
+  uploader.start();
+  await until('it is sent', () => server.photos.get(photo.sha)?.stored && photo.state === 'refused');
+  server.states[photo.sha] = { state: 'placed', image: 7 };
+  await until('it is placed', () => photo.state === 'placed');
+  uploader.stopped = true;
+});
+
+test('a phone whose storage is full sends what it holds, and tells what is wrong', async () => {
+  const queue = new FakeQueue([randomBytes(1000)]), server = new FakeServer();
+  const change = queue.change.bind(queue);
+  let isFull = true;
+  queue.change = async (id, changes) => {
+    await change(id, changes);
+    if (isFull) throw Object.assign(new Error('full'), { name: 'QuotaExceededError' });
+    return true;
+  };
+  const uploader = uploaderOf(queue, server);
+  uploader.start();
+  await until('it is received', () => all(queue, 'received'));
+  assert.ok(uploader.storage.every((name) => name === 'QuotaExceededError') && uploader.storage.length > 0);
+  assert.match(storageWords(uploader.storage[0]), /free some space/);
+  assert.ok(uploader.said.every((c) => c.ok), 'that is no lost connection');
+  isFull = false;
+  server.states[[...queue.photos.keys()][0]] = { state: 'placed' };
+  await until('that it stores again is told', () => uploader.storage.at(-1) === '');
+  uploader.stopped = true;
+});
+
+test('bytes that the browser does not give are read later, and others are sent meanwhile', async () => {
+  const queue = new FakeQueue([randomBytes(1000), randomBytes(1000), randomBytes(1000)]), server = new FakeServer();
+  const [broken, ...others] = [...queue.photos.values()];
+  const bytesOf = queue.bytesOf.bind(queue);
+  let fails = true;
+  queue.bytesOf = async (id) => {
+    if (fails && id === broken.sha) throw Object.assign(new Error('gone'), { name: 'UnknownError' });
+    return bytesOf(id);
+  };
+  const uploader = uploaderOf(queue, server);
+  uploader.start();
+  await until('the others are received', () => others.every((p) => p.state === 'received'));
+  assert.ok(uploader.said.every((c) => c.ok), 'that is no lost connection');
+  assert.equal(uploader.storage[0], 'UnknownError');
+  assert.match(storageWords('UnknownError'), /Reload this page/);
+  fails = false;
+  await until('it is sent, too', () => broken.state === 'received' && uploader.storage.at(-1) === '');
+  uploader.stopped = true;
 });
 
 test('bytes stay on the phone until the ledger has the photo, and are sent again where the server lost it', async () => {
@@ -169,6 +288,21 @@ test('bytes stay on the phone until the ledger has the photo, and are sent again
   server.states[sha(bytes)] = { state: 'placed', image: 7 };
   await until('it is placed', () => all(queue, 'placed'));
   assert.ok(!queue.bytes.has(sha(bytes)));
+  uploader.stopped = true;
+});
+
+test('what became of others is learnt although the bytes of one cannot be read', async () => {
+  const queue = new FakeQueue([randomBytes(1000), randomBytes(1000)]), server = new FakeServer();
+  const [broken, other] = [...queue.photos.values()];
+  for (const photo of [broken, other]) photo.state = 'received';
+  const bytesOf = queue.bytesOf.bind(queue);
+  queue.bytesOf = async (id) => (id === broken.sha ? Promise.reject(new Error('gone')) : bytesOf(id));
+  server.states = { [broken.sha]: { state: 'unknown' }, [other.sha]: { state: 'placed' } };
+  const uploader = uploaderOf(queue, server);
+  uploader.ask();
+  await until('the other is placed', () => other.state === 'placed');
+  assert.equal(broken.state, 'received');
+  assert.ok(uploader.said.every((c) => c.ok));
   uploader.stopped = true;
 });
 

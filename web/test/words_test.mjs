@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
 import { uprightPoint, uprightSize } from '../src/orientation.js';
-import { area, bytes, explain, groups, heapWords, height, length, plural, seconds, volume, whatHappens } from '../src/words.js';
+import { area, bytes, explain, finishProgress, groups, heapWords, height, kLastFinishStep, length, plural, seconds, volume, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
 const root = new URL('../../', import.meta.url);
@@ -44,20 +44,66 @@ test('A failure of a stage, and a cause of a later version, are told by their re
   assert.equal(explain({ cause: 'failed', reason: '' }).what, 'No reason was given.');
 });
 
+test('Each state of a finish is a step with words, and no state but done looks idle', () => {
+  const states = names('libs/state/session/state_names.cc', 'const char* FinishStateName(').filter((s) => s !== 'deadline' && s !== 'cut');
+  assert.ok(states.includes('batch'));
+  const told = states.map((state) => finishProgress({ state, cut: false }));
+  assert.deepEqual(told.map(({ step }) => step), states.map((_, i) => i));
+  assert.equal(told.at(-1).step, kLastFinishStep);
+  assert.deepEqual(told.map(({ isRunning }) => isRunning), states.map((state) => state !== 'done'));
+  assert.equal(new Set(told.map(({ words }) => words)).size, states.length);
+  const later = finishProgress({ state: 'polished', cut: false });
+  assert.deepEqual([later.isRunning, later.step], [true, null], 'a state of a later version');
+  assert.equal(finishProgress(null).isRunning, false);
+  assert.match(finishProgress({ state: 'done', cut: true }).words, /Its time was up/);
+});
+
 test('What happens is told in a sentence at each moment of a session', () => {
   const { events } = makeSession({ photosEach: 10, numPoints: 1500 });
   const state = emptyState();
-  assert.equal(whatHappens(state, summarize(state), null, true), 'Waiting for the first photo.');
+  assert.equal(whatHappens(state, summarize(state), 'live'), 'Waiting for the first photo.');
   const sentences = new Set();
   for (const event of events) {
     fold(state, event);
-    const sentence = whatHappens(state, summarize(state), null, true);
+    const sentence = whatHappens(state, summarize(state), 'live');
     assert.match(sentence, /^[A-Z0-9].*\.$/);
     sentences.add(sentence.replace(/\d+/g, 'N'));
   }
   assert.ok([...sentences].some((s) => s.startsWith('Placing photos')));
   assert.ok([...sentences].some((s) => s.startsWith('Map N is being joined')));
+  assert.ok([...sentences].some((s) => s.startsWith('Finishing: a place with several maps')));
   assert.ok([...sentences].some((s) => s.startsWith('Finished. One map')));
+});
+
+test('A stored session tells how it ended: nothing goes on in it', () => {
+  const { events } = makeSession({ photosEach: 10, numPoints: 1500 });
+  const state = emptyState();
+  assert.equal(whatHappens(state, summarize(state), 'stored'), 'No photo was sent.');
+  const sentences = new Set();
+  for (const event of events) {
+    fold(state, event);
+    const sentence = whatHappens(state, summarize(state), 'stored');
+    assert.match(sentence, /^[A-Z0-9].*\.$/);
+    assert.doesNotMatch(sentence, /Placing|Finishing|Ready|being joined|Waiting for|every photo placed.*had not/);
+    sentences.add(sentence.replace(/\d+/g, 'N'));
+  }
+  for (const part of [/^No map: /, /photos? had not been tried when it ended/, /^It ended before its finish was done\. One map/, /^Finished\. One map/]) {
+    assert.ok([...sentences].some((s) => part.test(s)), `${part}: ${[...sentences].join(' | ')}`);
+  }
+});
+
+test('Photos that wait for others to be taken are not being placed', () => {
+  const state = emptyState();
+  const add = (event) => fold(state, { ...event, seq: state.head + 1, t: (state.head + 1) * 1e6 });
+  const compared = (image, count, pairs) => [
+    { kind: 'photo', image, agent: 'a', name: 'x.jpg' }, { kind: 'described', image, keypoints: 9 }, { kind: 'candidates', image, count }, { kind: 'matched', image, pairs },
+  ].forEach(add);
+  compared(1, 0, []);
+  assert.match(whatHappens(state, summarize(state), 'live'), /^No map yet/);
+  compared(2, 1, [[3, 99]]);
+  assert.equal(whatHappens(state, summarize(state), 'live'), 'Placing photos: 1 waiting.');
+  add({ kind: 'registration', image: 2, submap: 1, state: 'registered' });
+  assert.equal(whatHappens(state, summarize(state), 'live'), 'One map. 1 photo waits for others that overlap it. Ready for more.');
 });
 
 test('Numbers are short', () => {

@@ -6,7 +6,9 @@
 // For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
+//   mute      takes requests and says nothing, as a server that is out of reach, until it obeys
 //   revoke    closes every WebSocket as that of an invitation that was revoked
+//   shut      lets nobody in any more: their invitation has expired
 //   unasked   refuses to finish, until it obeys
 //   full      tells that the disk is full, until it obeys
 //   private   gives no photo, as to a phone those of others
@@ -44,6 +46,8 @@ const running = () => first + (Date.now() - began) * 1000 * speed;
 const utimeNow = () => (options.at === 'end' ? Infinity : Math.min(held, running()));
 let told = 0; // events so far
 let refusing = false;
+let muted = false;
+let isShut = false;
 let silent = false;
 let refusesFinish = false;
 let advises = true;
@@ -176,6 +180,8 @@ const routes = [
 const server = createServer(async (request, response) => {
   const url = new URL(request.url, 'http://x');
   if (refusing) return request.socket.destroy();
+  if (muted) return undefined;
+  if (isShut && url.pathname.startsWith('/api/')) return sendJson(response, { error: 'this invitation has expired: ask for another' }, 401);
   for (const [pattern, answer] of routes) {
     const match = pattern.exec(url.pathname);
     if (match) return answer(response, match.slice(1), url.searchParams, request);
@@ -201,7 +207,7 @@ const tell = (message) => {
 };
 
 server.on('upgrade', (request, socket) => {
-  if (refusing) return socket.destroy();
+  if (refusing || isShut) return socket.destroy();
   const key = createHash('sha1').update(`${request.headers['sec-websocket-key']}258EAFA5-E914-47DA-95CA-C5AB0DC85B11`).digest('base64');
   socket.write(`HTTP/1.1 101 Switching Protocols\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Accept: ${key}\r\n\r\n`);
   socket.on('error', () => {});
@@ -270,6 +276,8 @@ setInterval(tellStatus, 1000);
 createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'drop') for (const socket of sockets) socket.destroy();
   if (line === 'refuse') refusing = true;
+  if (line === 'mute') muted = true;
+  if (line === 'shut') isShut = true;
   if (line === 'revoke') for (const socket of sockets) socket.end(closing(1008, 'this invitation was revoked'));
   if (line === 'silence') silent = true;
   if (line === 'unasked') refusesFinish = true;
@@ -283,7 +291,7 @@ createInterface({ input: process.stdin }).on('line', (line) => {
     held = holds.shift() ?? Infinity;
   }
   if (line === 'obey') {
-    refusing = silent = false;
+    refusing = muted = silent = false;
     troubles = [];
     refusesFinish = false;
     advises = true;

@@ -94,6 +94,7 @@ AccessDecision DecideRight(Right right, const AccessRequest& request) {
     if (reads || invites) return {};
     return Denied("photos and commands come with an invitation, or from the skein command");
   }
+  if (!visitor.role && !visitor.refusal.empty()) return {401, visitor.refusal};
   if (!visitor.role) {
     return {401,
             "open the link of your invitation; who runs the session makes one with `skein "

@@ -55,7 +55,10 @@ Visitor Guests::Find(const std::string& cookies, const std::string& authorizatio
   if (text.empty()) text = BearerOf(authorization);
   if (text.empty()) return visitor;
   const Result<WebPass> pass = Open(text, now_s);
-  if (!pass.ok()) return visitor;
+  if (!pass.ok()) {
+    visitor.refusal = pass.error();
+    return visitor;
+  }
   visitor.role = pass->role;
   visitor.name = pass->name;
   visitor.expires_s = pass->expires_s;

@@ -58,7 +58,10 @@ TEST_F(GuestsTest, ACookieIsForHttpsAloneAndNotForScripts) {
 TEST_F(GuestsTest, AnExpiredPassCountsNoMoreWhateverTheCookieSays) {
   const std::string cookie = "skein_" + std::string(kSession) + "=" + PassOf(kNowS + 60);
   EXPECT_EQ(guests_.Find(cookie, "", kNowS).name, "anna");
-  EXPECT_FALSE(guests_.Find(cookie, "", kNowS + 61).role.has_value());
+  EXPECT_EQ(guests_.Find(cookie, "", kNowS).refusal, "");
+  const Visitor late = guests_.Find(cookie, "", kNowS + 61);
+  EXPECT_FALSE(late.role.has_value());
+  EXPECT_NE(late.refusal.find("has expired"), std::string::npos);
 }
 
 TEST_F(GuestsTest, AProgramShowsItsPassAsABearerToken) {

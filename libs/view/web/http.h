@@ -23,6 +23,7 @@ struct Visitor {
   std::optional<Role> role;  // of its pass; none without a pass that holds
   std::string name;          // of its pass
   int64_t expires_s = 0;     // of its pass, seconds since 1970; 0: never
+  std::string refusal{};     // why a pass that was shown does not hold; "" without one
 };
 
 struct HttpRequest {

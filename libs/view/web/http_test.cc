@@ -101,6 +101,17 @@ TEST(Access, ByItsOwnPortOneReadsAndInvitesFromThisHost) {
   }
 }
 
+TEST(Access, WhosePassHoldsNoMoreIsToldWhy) {
+  AccessRequest request = Asked("GET", "/api/session");
+  request.visitor = Visitor{};
+  EXPECT_EQ(DecideAccess(request).reason.substr(0, 34), "open the link of your invitation; ");
+  request.visitor.refusal = "this invitation was revoked";
+  EXPECT_EQ(DecideAccess(request).status, 401);
+  EXPECT_EQ(DecideAccess(request).reason, "this invitation was revoked");
+  request.path = "/";
+  EXPECT_TRUE(DecideAccess(request).allowed());
+}
+
 // Each role on each kind of path, a letter where it is let in: nobody, agent, viewer, operator.
 TEST(Access, EachRoleTriesEachPath) {
   const auto who_may = [](const std::string& method, const std::string& path) {

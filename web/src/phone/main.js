@@ -1,20 +1,24 @@
 // The phone's page: takes photos, keeps them, sends them, and tells of each what became of it.
+import { doorOf, keepsNothing, kUnreachable } from '../door.js';
 import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
+import { showDoor } from '../ui/door.js';
 import { showTroubles } from '../ui/troubles.js';
-import { bytes as size, explain, groups, plural } from '../words.js';
+import { bytes as size, explain, groups, plural, storageWords } from '../words.js';
 import { adviceWords, Ghost, showAdvice } from './advice.js';
 import { Camera } from './camera.js';
+import { keep } from './keep.js';
 import { gpsOf, Place } from './place.js';
 import { Queue } from './queue.js';
 import { ScreenLock } from './screen_lock.js';
-import { hashOf } from './sha256.js';
 import { hasArrived, Uploader } from './uploader.js';
 
 const kShown = 120;
 const kThumbnailPx = 240;
 const kNewestMs = 60000; // a photo of the file input that was made within this time was made here
 const kRetryMs = 3000;
+const kKnownPatienceMs = 3000; // of the server, where this phone knows a session
+const kPatienceMs = 10000;
 
 const kWords = {
   queued: ['On this phone', 'waits to be sent'],
@@ -33,7 +37,7 @@ class PhonePage {
       place: this.place,
       take: (blob, name, time) => this.add(blob, name, time, this.place.at(time)),
       said: () => this.show(),
-      hint: (isWide) => this.problem || this.trouble || this.ghostHint(isWide),
+      hint: (isWide) => this.problem || this.storageTrouble || this.trouble || this.ghostHint(isWide),
     });
     this.ghost = new Ghost({ changed: () => this.showGhost() });
     this.wantsGhost = true;
@@ -42,6 +46,7 @@ class PhonePage {
     this.connection = { ok: null, why: '' }; // ok: null until the first request is answered or has failed
     this.adding = 0;
     this.problem = '';
+    this.storageTrouble = ''; // stays until storing works again
     this.trouble = ''; // the first that a person has to mend
     // Photos may be taken before this browser's storage is open.
     this.opened = new Promise((resolve) => { this.tellOpened = resolve; });
@@ -70,12 +75,14 @@ class PhonePage {
 
   // The server may be away: the photos of the last session are here, and may be added to.
   async join() {
+    const patienceMs = remembered() && !location.hash ? kKnownPatienceMs : kPatienceMs;
+    const ask = (path, options) => fetch(path, { ...options, signal: AbortSignal.timeout(patienceMs) });
     try {
-      const refusal = await enter();
-      const answer = await fetch('/api/session', { cache: 'no-store' });
+      const refusal = await enter({ fetch: ask });
+      const answer = await ask('/api/session', { cache: 'no-store' });
       if (answer.status === 401 || answer.status === 403 || refusal) {
         const told = refusal || (await answer.json()).error;
-        this.showDoor(told);
+        this.showDoor(doorOf(told));
         return;
       }
       if (!answer.ok) throw new Error(String(answer.status));
@@ -83,7 +90,7 @@ class PhonePage {
       remember({ id: session.session_id, folder: session.folder, name: session.visitor?.name ?? '', addresses: session.addresses ?? null });
     } catch {
       if (!remembered()) {
-        this.showDoor('The server cannot be reached. Is this phone in its network?');
+        this.showDoor(kUnreachable);
         setTimeout(() => this.join(), kRetryMs);
         return;
       }
@@ -100,7 +107,7 @@ class PhonePage {
     try {
       this.queue = await Queue.open(session.id);
     } catch (error) {
-      this.showDoor(`This browser keeps nothing (${error.message}): leave its private mode.`);
+      this.showDoor(keepsNothing(error));
       return;
     }
     byId('page').hidden = false;
@@ -114,6 +121,7 @@ class PhonePage {
           this.trouble = troubles[0]?.what ?? '';
         },
         changed: () => this.soon(),
+        storage: (error) => this.setStorage(error),
         connection: (c) => this.setConnection(c),
       },
     });
@@ -183,25 +191,10 @@ class PhonePage {
   // Kept on this phone when it ends.
   async add(blob, name, time, place) {
     try {
-      if (blob.size === 0) throw new Error('it is empty');
-      const sha = await hashOf(blob);
-      const known = this.queue.photos.get(sha);
-      if (known) {
-        this.problem = `${known.name} is here already.`;
-        return;
-      }
-      const thumbnail = await thumbnailOf(blob).catch(() => null);
-      // Bytes of their own: a file may change or vanish.
-      const bytes = new Blob([await blob.arrayBuffer()], { type: blob.type });
-      await this.queue.add({
-        sha, name: name.slice(0, 200), size: blob.size, taken: Math.round(time * 1000), gps: gpsOf(place), added: Date.now() + this.queue.photos.size / 1e6,
-        state: 'queued', reason: '', image: 0, offset: 0, thumbnail,
-      }, bytes);
-      this.problem = '';
+      const known = await keep(this.queue, blob, { name, taken: Math.round(time * 1000), gps: gpsOf(place), thumbnailOf });
+      this.problem = known ? `${known.name} is here already.` : '';
     } catch (error) {
-      this.problem = error.name === 'QuotaExceededError'
-        ? 'This phone is full: the photo was not kept. Let those that wait be sent first.'
-        : `${name} was not kept: ${error.message}`;
+      this.problem = error.name === 'QuotaExceededError' ? `${name} was not kept. ${storageWords(error.name)}` : `${name} was not kept: ${error.message}`;
     }
     this.show();
     this.uploader.pump();
@@ -212,9 +205,15 @@ class PhonePage {
     return this.queue ? [...this.queue.photos.values()].filter((p) => p.state === 'queued' || p.state === 'sending').length : 0;
   }
 
+  // error: why this browser could not write or read what it keeps; null: it can again.
+  setStorage(error) {
+    this.storageTrouble = error ? storageWords(error.name) : '';
+    this.soon();
+  }
+
   setConnection(connection) {
     this.connection = connection;
-    if (connection.stopped) this.showDoor(connection.why);
+    if (connection.stopped) this.showDoor(doorOf(connection.why));
     this.soon();
   }
 
@@ -243,9 +242,9 @@ class PhonePage {
     setText(byId('camera_counts'), `${groups(counts.taken)} taken, ${groups(counts.placed)} placed`);
     const unsent = this.numUnsent();
     this.screenLock.check();
-    const words = this.problem || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
+    const words = this.problem || this.storageTrouble || (this.adding > 0 ? `${plural(this.adding, 'photo')} being kept…` : this.connectionWords(unsent));
     setText(byId('note'), words);
-    byId('note').classList.toggle('bad', Boolean(this.problem) || (this.connection.ok === false && unsent > 0));
+    byId('note').classList.toggle('bad', Boolean(this.problem || this.storageTrouble) || (this.connection.ok === false && unsent > 0));
     byId('retry').hidden = this.connection.ok !== false || unsent === 0;
     byId('keep_open').hidden = this.opensOffline !== false;
     byId('keep_open').classList.toggle('bad', this.isLostIfLeft());
@@ -314,10 +313,10 @@ class PhonePage {
     return this.urls.get(photo.sha);
   }
 
-  showDoor(why) {
-    byId('door').hidden = false;
+  showDoor(door) {
     byId('page').hidden = !this.queue;
-    setText(byId('door_note'), why[0].toUpperCase() + why.slice(1) + (/[.!?]$/.test(why) ? '' : '.'));
+    const kept = this.numUnsent() > 0 ? ' Photos that wait on this phone are kept, and sent then.' : '';
+    showDoor(byId('door'), { ...door, help: door.help + kept });
   }
 
   // What a page without TLS lacks, or one whose certificate was only waved through, and how to get it.

@@ -42,6 +42,17 @@ export class Queue {
     return true;
   }
 
+  // A photo that is there already, with its bytes, to be sent anew. Durable when this ends.
+  async again(sha, changes, bytes) {
+    const photo = { ...this.photos.get(sha), ...changes };
+    await this.write(['photos', 'bytes'], (photos, store) => {
+      photos.put(photo);
+      store.put(bytes, sha);
+    });
+    Object.assign(this.photos.get(sha), changes);
+  }
+
+  // False if that is no change. It holds for this page even where it cannot be written; then this throws.
   async change(sha, changes) {
     const photo = this.photos.get(sha);
     if (!photo || Object.entries(changes).every(([k, v]) => photo[k] === v)) return false;

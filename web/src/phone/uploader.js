@@ -8,13 +8,18 @@ const kAtATime = 2;
 const kFirstPauseMs = 500;
 const kLongestPauseMs = 8000;
 const kAskMs = 2000;
+const kAlteredTwice = 2; // once may be a fault of the way
 const kAskAllEvery = 10; // rounds
 const kAskedAtOnce = 400;
 
 // Of the session from here on: the phone need not keep the bytes.
 const kInLedger = new Set(['waiting', 'placed', 'unplaced', 'failed']);
 const kDecided = new Set(['placed', 'failed', 'refused', 'lost']);
+// The server may think better of one that it refused before.
+const wasSentWhole = (photo) => photo.state === 'refused' && photo.offset === photo.size;
 export const hasArrived = (photo) => photo.state === 'received' || kInLedger.has(photo.state);
+
+const kUnread = Symbol('unread');
 
 // Of a photo that is in no map, as words.js takes them. libs/view/web/diagnosis_json.h tells all but `image`.
 const kTold = { reason: '', cause: '', image: 0, inliers: 0, needed: 0, other: '', brightness: 0, blur: 0, coverage: 0, keypoints: 0 };
@@ -26,12 +31,17 @@ class Refused extends Error {
   }
 }
 class NotNow extends Error {}
+// Of the phone, not of the connection.
+class StorageFailed extends Error {}
 
 export class Uploader {
-  // on: {changed(sha), connection({ok, why}), advice(of the guide or null), troubles([{what, remedy}])}
+  // on: {changed(sha), connection({ok, why}), storage(error of what this browser cannot store, or null), advice(of the guide or null),
+  // troubles([{what, remedy}])}
   constructor({ queue, on, fetch = globalThis.fetch.bind(globalThis), setTimeout = globalThis.setTimeout.bind(globalThis), clearTimeout = globalThis.clearTimeout.bind(globalThis) }) {
     Object.assign(this, { queue, on, fetch, setTimeout, clearTimeout });
     this.sending = new Set();
+    this.unreadable = new Set(); // bytes that the browser does not give now
+    this.broken = new Set(); // what its storage does not do now
     this.controls = new Set();
     this.pause = kFirstPauseMs;
     this.timer = null;
@@ -49,6 +59,7 @@ export class Uploader {
   retryNow() {
     if (this.stopped) return;
     for (const control of this.controls) control.abort();
+    this.unreadable.clear();
     this.pause = kFirstPauseMs;
     this.clearTimeout(this.timer);
     this.timer = null;
@@ -60,7 +71,7 @@ export class Uploader {
     if (this.stopped || this.timer !== null) return;
     for (const photo of this.queue.photos.values()) {
       if (this.sending.size >= kAtATime) return;
-      if ((photo.state !== 'queued' && photo.state !== 'sending') || this.sending.has(photo.sha)) continue;
+      if ((photo.state !== 'queued' && photo.state !== 'sending') || this.sending.has(photo.sha) || this.unreadable.has(photo.sha)) continue;
       this.sending.add(photo.sha);
       this.send(photo).then(
         () => this.succeeded(),
@@ -83,6 +94,10 @@ export class Uploader {
       return;
     }
     if (this.stopped) return;
+    if (error instanceof StorageFailed) {
+      this.readLater(photo.sha);
+      return;
+    }
     this.on.connection({ ok: false, why: error instanceof NotNow ? error.message : '' });
     if (this.timer !== null) return;
     this.timer = this.setTimeout(() => {
@@ -92,12 +107,22 @@ export class Uploader {
     this.pause = Math.min(2 * this.pause, kLongestPauseMs);
   }
 
+  // Others are sent meanwhile.
+  readLater(sha) {
+    this.unreadable.add(sha);
+    this.setTimeout(() => {
+      this.unreadable.delete(sha);
+      this.pump();
+    }, kLongestPauseMs);
+  }
+
   async send(photo) {
     const path = `/api/uploads/${photo.sha}`;
     await this.change(photo.sha, { state: 'sending' });
-    const bytes = await this.queue.bytesOf(photo.sha);
+    const bytes = await this.bytesOf(photo.sha);
     if (!bytes) throw new Refused('this phone no longer has it');
     let offset = await this.offsetOf(path);
+    let numAltered = 0;
     while (offset !== null) {
       const piece = bytes.slice(offset, offset + kPieceBytes);
       const headers = {
@@ -114,9 +139,10 @@ export class Uploader {
         const now = await this.offsetOf(path);
         if (now === offset) throw new NotNow('the server is at this photo');
         offset = now;
+      } else if (answer.status === 422 && ++numAltered < kAlteredTwice) {
+        offset = await this.offsetOf(path); // from the start
       } else {
         await this.refuse(answer);
-        offset = await this.offsetOf(path);
       }
     }
     await this.change(photo.sha, { state: 'received', reason: '' });
@@ -130,17 +156,25 @@ export class Uploader {
     return answer.headers.has('Upload-Stored') ? null : Number(answer.headers.get('Upload-Offset'));
   }
 
-  // Throws unless the photo is to be sent anew from the start.
+  // Throws why.
   async refuse(answer) {
-    const { error } = await answer.json().catch(() => ({ error: `the server answers ${answer.status}` }));
-    if (answer.status === 422) return;
+    const told = await errorOf(answer);
     if (answer.status === 401 || answer.status === 403) {
+      const why = told || (await this.whyNotLetIn());
       this.stopped = true;
-      this.on.connection({ ok: false, why: error, stopped: true });
-      throw new NotNow(error);
+      this.on.connection({ ok: false, why, stopped: true });
+      throw new NotNow(why);
     }
+    const error = told || `the server answers ${answer.status}`;
+    if (answer.status === 422) throw new Refused(error, 'altered');
     if (answer.status >= 500 || answer.status === 429 || answer.status === 408) throw new NotNow(error);
     throw new Refused(error, answer.status === 413 ? 'too large' : 'failed');
+  }
+
+  // An answer to HEAD has no body; this one has.
+  async whyNotLetIn() {
+    const answer = await this.request('/api/session', { method: 'GET' }, kAnswerMs);
+    return (!answer.ok && (await errorOf(answer))) || 'this invitation is not for sending photos';
   }
 
   async request(path, options, patienceMs) {
@@ -156,7 +190,26 @@ export class Uploader {
   }
 
   async change(sha, changes) {
-    if (await this.queue.change(sha, changes)) this.on.changed(sha);
+    const isChanged = await this.stored('change', () => this.queue.change(sha, changes)).catch(() => true);
+    if (isChanged) this.on.changed(sha);
+  }
+
+  // Throws StorageFailed. The browser's error is told until the same works again. What is sent needs no storage but its bytes, and
+  // frees some: who only notes something goes on without.
+  async stored(what, act) {
+    try {
+      const result = await act();
+      if (result !== false && this.broken.delete(what) && this.broken.size === 0) this.on.storage?.(null);
+      return result;
+    } catch (error) {
+      this.broken.add(what);
+      this.on.storage?.(error);
+      throw new StorageFailed(error.message);
+    }
+  }
+
+  bytesOf(sha) {
+    return this.stored('read', () => this.queue.bytesOf(sha));
   }
 
   askSoon(ms) {
@@ -168,7 +221,7 @@ export class Uploader {
   async ask() {
     const all = this.round++ % kAskAllEvery === 0;
     const asked = [...this.queue.photos.values()]
-      .filter((p) => hasArrived(p) && (all || !kDecided.has(p.state)));
+      .filter((p) => (hasArrived(p) || wasSentWhole(p)) && (all || !kDecided.has(p.state)));
     try {
       if (all && asked.length === 0) await this.askFor([]);
       for (let at = 0; at < asked.length && !this.stopped; at += kAskedAtOnce) await this.askFor(asked.slice(at, at + kAskedAtOnce));
@@ -197,14 +250,21 @@ export class Uploader {
 
   async learn(photo, { state, ...told }) {
     if (state === 'unknown' || state === 'receiving') {
+      if (photo.state === 'refused') return; // servers forget why after a while
       // It was received, and the server's folder has lost it since.
-      const bytes = await this.queue.bytesOf(photo.sha);
+      const bytes = await this.bytesOf(photo.sha).catch(() => kUnread);
+      if (bytes === kUnread) return; // it is asked again
       await this.change(photo.sha, bytes ? { state: 'queued', reason: '' } : { state: 'lost', cause: 'failed', reason: 'the server no longer has it, nor does this phone' });
       this.pump();
       return;
     }
-    if (kInLedger.has(state) && !kInLedger.has(photo.state)) await this.queue.dropBytes(photo.sha);
+    if (kInLedger.has(state) && !kInLedger.has(photo.state)) await this.stored('drop', () => this.queue.dropBytes(photo.sha)).catch(() => {});
     const known = Object.entries(kTold).map(([key, none]) => [key, told[key] ?? none]);
     await this.change(photo.sha, { state, ...Object.fromEntries(known) });
   }
+}
+
+// '' where the answer has none.
+async function errorOf(answer) {
+  return (await answer.json().catch(() => null))?.error ?? '';
 }

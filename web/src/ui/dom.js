@@ -34,24 +34,24 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-// Children of `container` for `items`, by key: kept, moved, made and removed as needed.
+// Children of `container` for `items`, by key: kept, moved, made and removed as needed. Items with one key have an element each, in
+// their order.
 export function keyed(container, items, keyOf, create, update) {
-  container.keyed ??= new Map();
+  container.keyed ??= new Map(); // key -> elements
   const old = container.keyed;
   const now = new Map();
   let before = null;
   for (const item of items) {
     const key = keyOf(item);
-    let element = old.get(key);
-    old.delete(key);
-    if (!element) element = create(item);
+    const element = old.get(key)?.shift() ?? create(item);
     update?.(element, item);
     const place = before ? before.nextSibling : container.firstChild;
     if (place !== element) container.insertBefore(element, place);
-    now.set(key, element);
+    if (!now.has(key)) now.set(key, []);
+    now.get(key).push(element);
     before = element;
   }
-  for (const element of old.values()) element.remove();
+  for (const element of [...old.values()].flat()) element.remove();
   container.keyed = now;
 }
 

@@ -1,13 +1,8 @@
 // Finishing the session from the page, for an operator: in a given time or as long as it takes, and how far it is.
-import { seconds } from '../words.js';
+import { finishProgress, kLastFinishStep, seconds } from '../words.js';
 import { h, setText } from './dom.js';
 
 const kTimes = [[0, 'as long as it takes'], [30, 'within 30 seconds'], [120, 'within 2 minutes'], [600, 'within 10 minutes']];
-const kSteps = ['requested', 'drained', 'settled', 'done'];
-const kWords = {
-  requested: 'The last photos are being matched.', drained: 'The maps are put in order and joined.',
-  settled: 'The final adjustment.', done: 'Finished. Photos that come later are taken in, too: finish again after them.',
-};
 
 // Throws with the reason where it does not begin.
 export async function askToFinish(within) {
@@ -19,7 +14,7 @@ export class Finish {
   constructor() {
     this.within = h('select', { 'aria-label': 'Time for the finish' }, kTimes.map(([s, label]) => h('option', { value: s }, label)));
     this.button = h('button', { type: 'button', className: 'download', onclick: () => this.ask() }, 'Finish');
-    this.progress = h('progress', { max: kSteps.length - 1, hidden: true, 'aria-label': 'Steps of the finish' });
+    this.progress = h('progress', { max: kLastFinishStep, hidden: true, 'aria-label': 'Steps of the finish' });
     this.words = h('p', { className: 'muted', role: 'status' });
     this.element = h('section', { className: 'finish_part', hidden: true }, h('h2', {}, 'Finish'),
       h('div', { className: 'finish_row' }, this.button, this.within), this.progress, this.words);
@@ -28,16 +23,13 @@ export class Finish {
 
   update({ session, state, summary }) {
     this.element.hidden = !session.finishes || summary.counts.received === 0;
-    const { finish } = state;
-    const step = finish ? kSteps.indexOf(finish.state) : -1;
-    const isRunning = step >= 0 && finish.state !== 'done';
+    const { isRunning, step, words } = finishProgress(state.finish);
     this.button.disabled = isRunning || this.isAsking;
     this.progress.hidden = !isRunning;
-    if (isRunning) this.progress.value = step;
+    if (step === null) this.progress.removeAttribute('value');
+    else this.progress.value = step;
     if (isRunning) this.told = '';
-    const cut = finish?.cut && finish.state === 'done' ? ' Its time was up: what was left is left out, and told in the report.' : '';
-    setText(this.words, this.told || (finish ? (kWords[finish.state] ?? '') + cut
-      : 'All maps are adjusted and joined once more, checked and written. A time gives the best that there is by then.'));
+    setText(this.words, this.told || words);
   }
 
   async ask() {

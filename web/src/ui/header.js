@@ -38,8 +38,8 @@ export class Header {
       value.parentElement.classList.toggle('none', numbers[key] === 0);
     }
     const sentence = view.timeline.isLive
-      ? whatHappens(view.state, view.summary, view.status, view.session.live !== false)
-      : `As it was at ${clock(view.timeline.utime)}. ${whatHappens(view.state, view.summary, null, false)}`;
+      ? whatHappens(view.state, view.summary, view.session.live === false ? 'stored' : 'live')
+      : `As it was at ${clock(view.timeline.utime)}. ${whatHappens(view.state, view.summary, 'past')}`;
     setText(byId('sentence'), sentence);
     this.announce(sentence);
     setText(byId('folder'), lastPart(view.session.folder));

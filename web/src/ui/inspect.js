@@ -36,7 +36,7 @@ export class Inspect {
     const { state } = view;
     const photo = state.photos.get(image);
     if (!photo) return [h('section', {}, h('h2', {}, 'Photo'), h('p', { className: 'muted' }, 'It had not arrived at that time.'))];
-    const standing = standingOf(state, photo);
+    const standing = standingOf(state, photo, view.diagnoses);
     const [width, height] = uprightSize(photo);
     const name = photoName(photo.agent, photo.name);
     const swatch = h('span', { className: 'swatch', 'aria-hidden': 'true' });
@@ -62,7 +62,7 @@ export class Inspect {
         h('button', { type: 'button', className: 'plain', onclick: () => this.lookAt(photo.id), dataset: { keep: 'look' } }, icon('look'), 'Look'));
     }
     if (standing.standing === 'waiting') return h('div', { className: 'verdict waiting' }, h('p', {}, h('b', {}, 'Waiting'), `It ${standing.reason}.`));
-    const { what, help } = explain(diagnosisOf(view, photo.id) ?? standing);
+    const { what, help } = explain(standing);
     return h('div', { className: 'verdict unplaced' },
       h('p', {}, h('b', {}, standing.standing === 'failed' ? 'Failed' : 'Not placed'), what), h('p', { className: 'help' }, help),
       h('p', { className: 'muted' }, [linkWords(view.state, photo.id), standing.reason && `The service says: ${standing.reason}.`].filter(Boolean).join(' ')));
@@ -123,9 +123,6 @@ export class Inspect {
   }
 }
 
-// As the list of photos that are not placed has it.
-const diagnosisOf = ({ timeline, status }, image) => (timeline.isLive ? status?.diagnoses?.find((d) => d.image === image) : undefined);
-
 // What the panel shows: it is made anew only when that changes, so that the focus and the scroll position stay.
 function signatureOf(view) {
   const { state, selection, theme } = view;
@@ -133,10 +130,10 @@ function signatureOf(view) {
   if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.photo, selection.seen ?? null]);
   const photo = state.photos.get(selection.image);
   if (!photo) return `absent ${selection.image}`;
-  const { standing, cause, reason, submap, trial } = standingOf(state, photo);
+  const { submap, trial, ...standing } = standingOf(state, photo, view.diagnoses);
   const edges = state.edges.get(photo.id);
   return JSON.stringify([
-    theme, photo.id, photo.described, photo.matched, photo.firstPlaced, standing, cause, reason, diagnosisOf(view, photo.id), submap?.id, trial?.inliers, edges?.size,
+    theme, photo.id, photo.described, photo.matched, photo.firstPlaced, standing, submap?.id, trial?.inliers, edges?.size,
     [...(edges ?? [])].slice(-3),
   ]);
 }

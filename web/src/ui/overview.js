@@ -31,6 +31,7 @@ export class Overview {
   constructor({ followAgent }) {
     this.followAgent = followAgent;
     this.agents = h('ul', { className: 'rows agents' });
+    this.noAgents = h('p', { className: 'muted' }, 'No agent has sent a photo yet.');
     this.places = h('ul', { className: 'rows places' });
     this.advice = h('ul', { className: 'rows advice' });
     this.placesPart = h('section', { className: 'places_part', hidden: true }, h('h2', {}, 'How complete it is'), this.places, this.advice);
@@ -53,7 +54,7 @@ export class Overview {
     this.backlogPart = h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages);
     this.element = h(
       'div', {},
-      h('section', {}, h('h2', {}, 'Agents'), this.agents),
+      h('section', {}, h('h2', {}, 'Agents'), this.noAgents, this.agents),
       this.placesPart, this.latencyPart, this.backlogPart,
       this.finish.element,
       h('section', {}, h('h2', {}, 'Downloads'), this.downloads),
@@ -106,10 +107,7 @@ export class Overview {
       setText(value, `${groups(placed)} of ${groups(received)} placed`);
       setText(last, a.last === 0 ? 'no photo that could be used' : `last photo ${view.session.live === false ? clock(a.last) : ago((view.utimeNow - a.last) / 1e6)}`);
     });
-    if (agents.length === 0 && !this.agents.firstChild) {
-      this.agents.append(h('li', { className: 'muted' }, 'No agent has sent a photo yet.'));
-      this.agents.keyed = new Map([['', this.agents.firstChild]]);
-    }
+    this.noAgents.hidden = agents.length > 0;
   }
 
   // What the guide says: of the present alone.

@@ -27,17 +27,16 @@ export class Unplaced {
 
   update(view) {
     const { state } = view;
-    const all = notPlacedOf(state);
+    const all = notPlacedOf(state, view.diagnoses);
     const open = all.filter(({ key }) => !this.dismissed.has(key));
     const known = all.filter(({ key }) => this.dismissed.has(key));
     setText(this.none, state.photos.size === 0 ? 'No photos yet.' : all.length === 0 ? 'Every photo that was tried has its place.' : 'All of them are dismissed.');
     this.none.hidden = open.length > 0;
     this.updateRetry(view, open);
-    const diagnoses = new Map(view.timeline.isLive ? view.status?.diagnoses?.map((d) => [d.image, d]) : []);
-    this.open.update(open, state, diagnoses);
+    this.open.update(open, state);
     this.knownPart.hidden = known.length === 0;
     setText(this.knownTitle, `Dismissed: ${plural(known.length, 'photo')}`);
-    this.known.update(known, state, diagnoses);
+    this.known.update(known, state);
   }
 
   updateRetry({ state, timeline, session }, open) {
@@ -91,11 +90,11 @@ class PhotoList {
     this.element = h('div', {}, this.list, this.more);
   }
 
-  update(entries, state, diagnoses) {
+  update(entries, state) {
     setText(this.more, `And ${groups(entries.length - kShown)} more.`);
     this.more.hidden = entries.length <= kShown;
     keyed(this.list, entries.slice(0, kShown), (entry) => entry.key, this.make, (row, { photo, refused, standing }) => {
-      const { what, help } = explain(diagnoses.get(photo?.id) ?? standing);
+      const { what, help } = explain(standing);
       const [text] = row.getElementsByClassName('text');
       const [name, whatLine, helpLine, link] = text.children;
       setText(name, photo ? photoName(photo.agent, photo.name) : photoName(refused.agent, refused.name));
