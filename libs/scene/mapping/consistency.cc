@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/threads.h"
 #include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
@@ -33,6 +34,19 @@ Consistency::Contradiction Consistency::FindContradiction(ImageId id) const {
   contradiction.exists =
       contradiction.fits_elsewhere || observed < kMinObservedRatio * visible.size();
   return contradiction;
+}
+
+std::vector<ImageId> Consistency::FindPhotosWithBetterPose() const {
+  const std::vector<ImageId>& registered = map_.reconstruction().RegImageIds();
+  std::vector<char> has_better(registered.size());
+  ForEachOnThreads(options_.num_threads, registered.size(), [&](size_t i) {
+    has_better[i] = !options_.IsStopped() && HasBetterPose(map_, registered[i]);
+  });
+  std::vector<ImageId> found;
+  for (size_t i = 0; i < registered.size(); ++i) {
+    if (has_better[i]) found.push_back(registered[i]);
+  }
+  return found;
 }
 
 Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {

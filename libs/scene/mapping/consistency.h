@@ -35,6 +35,10 @@ class Consistency {
   };
   Contradiction FindContradiction(ImageId id) const;
 
+  // Registered photos that fit their points better elsewhere (HasBetterPose). Costs a pose
+  // estimation a photo.
+  std::vector<ImageId> FindPhotosWithBetterPose() const;
+
   // Groups of photos in the wrong place: by matches that contradict their poses, else by missing
   // correspondences. `first` is a photo of the group that stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;

@@ -51,8 +51,8 @@ constexpr double kMinObserved = 0.5, kMinObservedAlone = 0.85;
 // Poses that differ by more are poses of two places. The position is over the median depth.
 constexpr double kElsewherePosition = 0.05, kElsewhereDeg = 5;
 
-// A search over focal lengths looks at no more points: the pose is then estimated on all of them.
-constexpr size_t kMaxFocalSearchPoints = 500;
+// A search over focal lengths, or for a better pose, looks at no more points.
+constexpr size_t kMaxSearchPoints = 500;
 
 // One free pose, all points constant.
 Bundle PoseOnlyBundle(const SceneMap& map, const Camera& camera, bool refine_camera,
@@ -123,17 +123,26 @@ bool RunRansac(const RansacLimits& limits, const VisiblePoints& visible, const C
   return true;
 }
 
+// Evenly spread ones, kMaxSearchPoints at most.
+VisiblePoints Thinned(const VisiblePoints& visible) {
+  const size_t step = (visible.size() + kMaxSearchPoints - 1) / kMaxSearchPoints;
+  VisiblePoints some;
+  for (size_t i = 0; i < visible.size(); i += step) {
+    some.point2D_idxs.push_back(visible.point2D_idxs[i]);
+    some.point3D_ids.push_back(visible.point3D_ids[i]);
+    some.pixels.push_back(visible.pixels[i]);
+    some.xyz.push_back(visible.xyz[i]);
+  }
+  return some;
+}
+
 // Sets the camera's focal length to the one with which most points fit a pose.
 bool FindFocalLength(double max_error_px, const VisiblePoints& visible, Camera* camera) {
-  const size_t step = (visible.size() + kMaxFocalSearchPoints - 1) / kMaxFocalSearchPoints;
   const Eigen::Vector2d center(camera->PrincipalPointX(), camera->PrincipalPointY());
-  std::vector<Eigen::Vector2d> pixels;
-  std::vector<Eigen::Vector3d> xyz;
-  for (size_t i = 0; i < visible.size(); i += step) {
-    pixels.push_back(visible.pixels[i] - center);
-    xyz.push_back(visible.xyz[i]);
-  }
-  const std::optional<double> found = EstimateFocalLength(LimitsOf(max_error_px), pixels, xyz);
+  VisiblePoints some = Thinned(visible);
+  for (Eigen::Vector2d& pixel : some.pixels) pixel -= center;
+  const std::optional<double> found =
+      EstimateFocalLength(LimitsOf(max_error_px), some.pixels, some.xyz);
   if (!found) return false;
   const double factor = *found / camera->MeanFocalLength();
   if (factor < kMinFocalFactor || factor > kMaxFocalFactor) return false;
@@ -423,6 +432,21 @@ bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& v
   camera.SetParams(estimate.camera_params);
   const Votes votes = EpipolarVotes(map, image_id, camera, estimate.pose);
   return votes.AgreeingShare() >= kMinEpipolarShare;
+}
+
+bool HasBetterPose(const SceneMap& map, ImageId image_id) {
+  const VisiblePoints visible = Thinned(FindVisiblePoints(map, image_id));
+  if (static_cast<int>(visible.size()) < limits::kMinPoseInliers) return false;
+  const Image& image = map.reconstruction().Image(image_id);
+  Candidate none;
+  none.estimate.pose.image_id = image_id;
+  none.camera = map.reconstruction().Camera(image.CameraId());
+  SetRandomSeed(SeedFromIds(image_id, visible.size()));
+  const Candidate found = BestAtAnyLimit(map, {false, false}, visible, none);
+  BundlePose pose;
+  GetPose(image, &pose);
+  return found.cost < RobustCost(none.camera, visible, pose) &&
+         Differ(visible, found.estimate, pose);
 }
 
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,

@@ -72,6 +72,11 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id);
 // may have settled for a wrong focal length and distance, where bundle adjustment finds no way out.
 bool FitsElsewhere(const SceneMap& map, ImageId image_id, const VisiblePoints& visible);
 
+// Whether a pose that is estimated from nothing differs from that of a registered photo and has a
+// lower robust cost over the visible points. Two poses nearly fit points of one plane, and bundle
+// adjustment finds no way from one to the other.
+bool HasBetterPose(const SceneMap& map, ImageId image_id);
+
 // Registers the photo with the pose and continues the inliers' tracks.
 void RegisterWithPose(const PoseEstimate& estimate, const VisiblePoints& visible, ImageId image_id,
                       SceneMap* map);

@@ -286,10 +286,10 @@ void Submap::YieldPhotosTo(const Reconstruction& other, const EventSink& sink) {
     if (!IsRegisteredIn(other, id)) continue;
     const double there = other.Image(id).NumPoints3D();
     if (there < kMinYieldRatio * map_->reconstruction().Image(id).NumPoints3D()) continue;
-    if (Withdraw(id,
-                 {Refusal::Cause::kSimilarPlace,
-                  "of a visually similar place that another submap holds"},
-                 sink)) {
+    if (Withdraw(
+            id,
+            {Refusal::Cause::kSimilarPlace, "of a visually similar place that another map holds"},
+            sink)) {
       waiting_.MarkOfSimilarPlace(id);
     }
   }
@@ -352,6 +352,9 @@ void Submap::RefineUntilStable(const EventSink& sink) {
       if (options_.IsStopped()) return;
       settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
+      WithdrawForRetry(consistency_.FindPhotosWithBetterPose(),
+                       {Refusal::Cause::kContradicted, "another pose fits its points better"},
+                       sink);
     }
     if (options_.IsStopped()) {
       settled_ = {};
@@ -477,7 +480,7 @@ void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
   settled_ = anew.settled_;
-  TellNewAndGone(before, {Refusal::Cause::kContradicted, "contradicted by the submap mapped anew"},
+  TellNewAndGone(before, {Refusal::Cause::kContradicted, "contradicted by the map made anew"},
                  sink);
 }
 
