@@ -98,12 +98,12 @@ class AdviceWatch {
 std::string AdviceWatch::Text() const {
   std::string text;
   for (const auto& [submap_id, heard] : guidance_) {
-    text += "submap " + std::to_string(submap_id) + ": " +
+    text += "map " + std::to_string(submap_id) + ": " +
             Printable(heard.message.place.sentence, kMaxSentence) + "\n";
   }
   for (const auto& [agent, heard] : advice_) {
     const advice_t& advice = heard.message;
-    text += Printable(agent) + " in submap " + std::to_string(advice.submap_id) + ": " +
+    text += Printable(agent) + " in map " + std::to_string(advice.submap_id) + ": " +
             (advice.stations.empty() ? "nothing weak is within reach" : "next photos") + "\n";
     int number = 0;
     for (const station_t& station : advice.stations) {

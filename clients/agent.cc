@@ -10,6 +10,7 @@
 #include "clients/client_node.h"
 #include "clients/folder_watch.h"
 #include "clients/ingest_watch.h"
+#include "clients/other_files.h"
 #include "clients/photo_folder.h"
 #include "clients/progress_bar.h"
 #include "clients/subcommand.h"
@@ -188,20 +189,6 @@ std::unique_ptr<VideoPhotos> OpenVideo(const AgentOptions& options, PollLoop& lo
       });
 }
 
-void TellOthers(const std::string& folder, const OtherFiles& others) {
-  const std::pair<const std::string&, const char*> told[] = {
-      {others.kinds, " (JPEG, PNG and TIFF are)"},
-      {others.skipped, " (hidden photos, thumbnails and trash)"},
-      {others.repeated, " (links to folders that are read anyway)"},
-      {others.unreadable, " (folders that may not be read)"}};
-  for (const auto& [what, why] : told) {
-    if (what.empty()) continue;
-    const bool is_heif = &what == &others.kinds && others.have_heif;
-    std::cerr << "skein agent: not taken in " << folder << ": " << what << why
-              << (is_heif ? std::string(". HEIC: ") + kHeifAdvice : "") << std::endl;
-  }
-}
-
 void TellNoPhotos(const std::string& folder, const OtherFiles& others) {
   std::cerr << "skein agent: no photos in " << folder << ": JPEG, PNG and TIFF are taken"
             << (others.kinds.empty() ? "" : ", not " + others.kinds)
@@ -238,7 +225,8 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
     TellNoPhotos(options.images, others);
     return kExitError;
   }
-  TellOthers(options.images, others);
+  OtherFilesTeller other_files(options.images, std::cerr);
+  other_files.Tell(others);
   ProgressBar bar(options.publisher.agent, static_cast<int64_t>(photos.size()));
   FolderWatch watch(options.images, order);
   watch.Skip(photos);
@@ -252,7 +240,10 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
   IngestWatch ingest(*node);
   node->loop().AddTimer(kLookForIngestS, [&] { ingest.TellChange("skein agent", std::cerr); });
   if (options.watch) {
-    node->loop().AddTimer(kRescanS, [&] { LookAgain(options, &watch, &publisher); });
+    node->loop().AddTimer(kRescanS, [&] {
+      LookAgain(options, &watch, &publisher);
+      other_files.LookAgain(MonotonicS());
+    });
   }
   const auto video = OpenVideo(options, node->loop(), photos, &publisher);
   const auto done = [&] { return !options.watch && publisher.done() && (!video || video->done()); };

@@ -42,7 +42,7 @@ void AddClientOptions(CLI::App& app, ClientOptions* options) {
   app.get_option("--lcm-url")
       ->description(
           "LCM's URL: udpm://239.255.76.67:7667?ttl=0, tcpq://HOST:7700, or tcpqs://HOST:7700 "
-          "(encrypted); else that of launch.sh on the session folder, the invitation's, or "
+          "(encrypted); else that of `skein launch` on the session folder, the invitation's, or "
           "LCM_DEFAULT_URL");
   app.add_flag("--verbose", options->node.verbose, "Log more");
 }

@@ -7,6 +7,7 @@
 #include "clients/client_node.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
+#include "core/counted.h"
 #include "node/demand.h"
 
 namespace skein {
@@ -15,7 +16,7 @@ namespace {
 constexpr char kKind[] = "submap";
 constexpr double kLookS = 0.1;
 
-// Listens, and prints a line whenever what it has to say changes.
+// Prints a line, which launch.sh reads, whenever the shortage or the mappers change.
 class DemandWatch {
  public:
   explicit DemandWatch(Node& node) : book_(kKind) {
@@ -25,7 +26,9 @@ class DemandWatch {
         kWorkRequestChannel,
         [this](const work_request_t& request) { book_.OnRequest(request, MonotonicS()); });
     node.loop().AddTimer(kLookS, [this] { Print(); });
-    node.OnHeartbeat([this](heartbeat_t* heartbeat) { heartbeat->state = line_; });
+    node.OnHeartbeat([this](heartbeat_t* heartbeat) {
+      heartbeat->state = MappersWanted(book_.NumShort(MonotonicS()));
+    });
   }
 
  private:
@@ -42,6 +45,11 @@ class DemandWatch {
 };
 
 }  // namespace
+
+std::string MappersWanted(int num_short) {
+  if (num_short <= 0) return "enough mappers";
+  return Counted(num_short, "more mapper") + " wanted";
+}
 
 int RunDemand(int argc, char** argv) {
   ClientOptions options;

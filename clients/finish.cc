@@ -10,6 +10,7 @@
 #include "clients/ingest_watch.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
+#include "core/counted.h"
 #include "core/process.h"
 
 namespace skein {
@@ -72,13 +73,13 @@ class ProgressTeller {
     std::string detail;
   };
 
-  // "; submap 3 (120 photos): consolidates, about 8 s" for each that is at something.
+  // "; map 3 (120 photos): consolidates, about 8 s" for each that is at something.
   std::string Submaps() const {
     std::string text;
     for (const auto& [id, submap] : submaps_) {
       if (submap.detail.empty() || MonotonicS() - submap.heard_s > kIngestSilentS) continue;
-      text += "; submap " + std::to_string(id) + " (" + std::to_string(submap.num_images) +
-              " photos): " + submap.detail;
+      text += "; map " + std::to_string(id) + " (" + Counted(submap.num_images, "photo") +
+              "): " + submap.detail;
     }
     return text;
   }

@@ -121,11 +121,16 @@ TEST_F(FinishTest, TellsWhatTheSubmapsDoMeanwhile) {
     status.submap_id = 4;
     status.detail = "";
     ingest_.Publish(kSubmapStatusChannel, status);
+    status.submap_id = 5;
+    status.num_images = 1;
+    status.detail = "writes its model";
+    ingest_.Publish(kSubmapStatusChannel, status);
     Heartbeat("ingest", "finishing: waits for the merger to settle");
     Reply(command.command_id, true, "");
   };
   ASSERT_TRUE(AskToFinish(node_, kDeadlineS, progress_));
-  EXPECT_NE(progress_.str().find("settle; submap 3 (120 photos): consolidates, about 8 s\n"),
+  EXPECT_NE(progress_.str().find("settle; map 3 (120 photos): consolidates, about 8 s; map 5 (1 "
+                                 "photo): writes its model\n"),
             std::string::npos);
 }
 

@@ -8,7 +8,7 @@ namespace skein {
 std::string NoSignOfIngest(const Node& node) {
   const std::string& url = node.options().lcm_url;
   return "no sign of ingest on " + (url.empty() ? "LCM's default URL" : url) +
-         "; is scripts/launch.sh running on this session, and with this --lcm-url?";
+         "; is `skein launch` running on this session, and with this --lcm-url?";
 }
 
 IngestWatch::IngestWatch(Node& node, double silent_s)

@@ -36,7 +36,7 @@ TEST_F(IngestWatchTest, TellsOnceThatNobodyAnswers) {
   ASSERT_TRUE(loop_.RunUntil([&] { return watch_.is_silent(); }, kDeadlineS));
   const std::string told = Told();
   EXPECT_EQ(told.rfind("skein test: no sign of ingest on ", 0), 0u) << told;
-  EXPECT_NE(told.find("launch.sh"), std::string::npos) << told;
+  EXPECT_NE(told.find("`skein launch`"), std::string::npos) << told;
   EXPECT_EQ(Told(), "");
 }
 

@@ -32,6 +32,7 @@ struct InviteOptions {
   std::string name;
   std::string expires;
   std::string lcm_url;
+  std::string view;
   bool qr = false;
   bool browser = false;
 };
@@ -40,7 +41,8 @@ std::optional<int> ParseInviteOptions(int argc, char** argv, InviteOptions* opti
   CLI::App app(
       "Prints a link that lets another host or person take part in a session, and a QR code of it\n"
       "on a terminal. Whoever has the link has the role: send it as you would send a password.\n"
-      "Where the session lets browsers in (launch.sh --web-public), the QR code is of a link that\n"
+      "Where the session lets browsers in (skein launch --web-public), the QR code is of a link "
+      "that\n"
       "a phone opens; --browser prints such links alone, with the fingerprint (SHA-256) of the\n"
       "certificate that the https page asks to compare.",
       "skein invite");
@@ -56,11 +58,16 @@ std::optional<int> ParseInviteOptions(int argc, char** argv, InviteOptions* opti
   app.add_option("--expires", options->expires,
                  "After a number of s, m, h or d, e.g. 12h (default: never)");
   app.add_option("--lcm-url", options->lcm_url,
-                 "Where the session is heard (default: where launch.sh runs it)");
+                 "Where the session is heard (default: where `skein launch` runs it)");
   app.add_flag("--qr", options->qr, "The QR code also where the output is no terminal");
   app.add_flag("--browser", options->browser,
                "Only links for a browser: https, and http where the session has such a port");
-  return ParseOptions(&app, argc, argv);
+  app.add_option("--view", options->view,
+                 "Only a link for a browser of this host, by the address of the live view that "
+                 "`skein launch` prints: http://127.0.0.1:8470");
+  const std::optional<int> exit_code = ParseOptions(&app, argc, argv);
+  if (!options->view.empty()) options->browser = true;
+  return exit_code;
 }
 
 std::string NameOf(const InviteOptions& options) {
@@ -76,7 +83,7 @@ LcmUrl UrlOf(const InviteOptions& options) {
                                            : Result<std::string>(options.lcm_url);
   if (!launched.ok()) throw std::invalid_argument(launched.error());
   const std::string& text = *launched;
-  if (text.empty()) throw std::invalid_argument("launch.sh has not run here: give --lcm-url");
+  if (text.empty()) throw std::invalid_argument("`skein launch` has not run here: give --lcm-url");
   LcmUrl url = ParseLcmUrl(text);
   if (!url.leaves_host()) {
     std::cerr << "skein invite: " << url.ToString()
@@ -103,6 +110,7 @@ Invited InvitedBy(const InviteOptions& options) {
 // Where the session lets browsers of that role in.
 std::vector<std::string> AddressesFor(const InviteOptions& options) {
   if (options.role == "worker") return {};
+  if (!options.view.empty()) return {OwnViewOf(options.view)};
   const auto addresses = BrowserAddresses(SessionPaths{options.session_dir});
   if (addresses.ok()) return *addresses;
   if (options.browser) throw std::invalid_argument(addresses.error());
@@ -128,13 +136,26 @@ std::string WhatCodeIs(const std::string& link) {
   return "The code is the skein link, for another host:";
 }
 
-void PrintBrowserLinks(const Invited& invited, const std::vector<std::string>& links) {
+void PrintBrowserLinks(const InviteOptions& options, const Invited& invited,
+                       const std::vector<std::string>& links) {
   for (const std::string& link : links) std::cout << link << std::endl;
+  if (!options.view.empty()) return;
   const Result<std::string> fingerprint = ReadWebFingerprint(invited.session.paths.Keys().string());
   if (fingerprint.ok()) std::cout << "certificate, SHA-256: " << *fingerprint << std::endl;
 }
 
 }  // namespace
+
+std::string OwnViewOf(std::string view) {
+  while (!view.empty() && view.back() == '/') view.pop_back();
+  for (const std::string host : {"http://127.0.0.1:", "http://localhost:", "http://[::1]:"}) {
+    const bool is_there = view.size() > host.size() && view.compare(0, host.size(), host) == 0 &&
+                          view.find_first_not_of("0123456789", host.size()) == std::string::npos;
+    if (is_there) return view;
+  }
+  throw std::invalid_argument("--view " + view + ": give an address of this host, as " +
+                              "http://127.0.0.1:8470");
+}
 
 int64_t ExpiryOf(const std::string& duration) {
   if (duration.empty()) return 0;
@@ -174,8 +195,8 @@ int RunInvite(int argc, char** argv) {
       throw std::invalid_argument(
           options.role == "worker"
               ? "--browser: a worker has no page; agents, operators and viewers have one"
-              : "--browser: no browser is let in; start the session with launch.sh --web-public "
-                "HOST");
+              : "--browser: no browser is let in; start the session with `skein launch "
+                "--web-public HOST`");
     }
     const bool on_terminal = isatty(STDOUT_FILENO) != 0;
     std::string shown;
@@ -186,7 +207,7 @@ int RunInvite(int argc, char** argv) {
     }
     if (options.browser || on_terminal) {
       if (!browser_links.empty()) {
-        PrintBrowserLinks(invited, browser_links);
+        PrintBrowserLinks(options, invited, browser_links);
         shown = browser_links.back();  // the plain one, where there is one
       }
     }

@@ -63,7 +63,7 @@ Note ReadNote(const SessionPaths& paths, const fs::path& file) {
 Status NotOwn(const fs::path& file, const std::string& address, const std::string& instead) {
   return FailedPrecondition(
       file.string() + " leads to " + OneLine(address) +
-      ", and was not written by launch.sh of this user on this host: " + instead);
+      ", and was not written by skein launch of this user on this host: " + instead);
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ Result<std::vector<std::string>> BrowserAddresses(const SessionPaths& paths) {
   const Note note = ReadNote(paths, paths.BrowserAddresses());
   if (note.lines.empty() || note.is_own) return note.lines;
   return NotOwn(paths.BrowserAddresses(), note.lines.front(),
-                "start the session here with launch.sh --web-public HOST");
+                "start the session here with `skein launch --web-public HOST`");
 }
 
 int RunLaunched(int argc, char** argv) {
@@ -103,7 +103,8 @@ int RunLaunched(int argc, char** argv) {
   std::vector<std::string> addresses;
   CLI::App app(
       "Notes in a session folder where the session runs, for commands that are given the folder.\n"
-      "launch.sh does this. A command follows a note to another host only if this user wrote it "
+      "`skein launch` does this. A command follows a note to another host only if this user wrote "
+      "it "
       "on\n"
       "this host.",
       "skein launched");

@@ -29,8 +29,7 @@ struct StatusOptions {
 };
 
 std::optional<int> ParseStatusOptions(int argc, char** argv, StatusOptions* options) {
-  CLI::App app("Shows the stages, photos, submaps and failures of a session, live.",
-               "skein status");
+  CLI::App app("Shows the stages, photos, maps and failures of a session, live.", "skein status");
   AddClientOptions(app, &options->client);
   app.add_flag("--once", options->once, "Show it once and end");
   app.add_flag("--json", options->json, "One JSON object a line instead of a table");

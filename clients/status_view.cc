@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <utility>
 #include <vector>
 
 #include "photo/photo_name.h"
@@ -46,12 +47,14 @@ std::string SubmapStage(const SessionState& state, const SubmapLife& submap,
   return final ? "final" : "growing";
 }
 
-json ImagesOf(const SessionRecord& session) {
+json ImagesOf(const SessionRecord& session, int64_t num_not_placed) {
   const PhotoCounts counts = CountPhotos(session, 0);
   return {{"received", counts.received},
           {"in_flight", session.state.num_in_flight()},
           {"registered", counts.registered},
           {"deferred", counts.deferred},
+          {"waiting", counts.deferred - num_not_placed},
+          {"not_placed", num_not_placed},
           {"failed", counts.failed}};
 }
 
@@ -256,9 +259,10 @@ std::string FormatPhotos(const json& photos) {
 
 json MakeStatus(const StatusInput& input) {
   const SessionState& state = input.session.state;
+  json unplaced = UnplacedOf(state);
   return {{"session_id", input.session_id},
           {"ledger", state.head()},
-          {"images", ImagesOf(input.session)},
+          {"images", ImagesOf(input.session, static_cast<int64_t>(unplaced.size()))},
           {"troubles", TroublesOf(input)},
           {"latency_s", LatencyPart(input.session)},
           {"retrieval", RetrievalPart(input.session.history)},
@@ -267,7 +271,7 @@ json MakeStatus(const StatusInput& input) {
           {"submaps", SubmapsOf(input)},
           {"ended_submaps", EndedOf(state)},
           {"merges", MergesOf(state)},
-          {"deferred", UnplacedOf(state)},
+          {"deferred", std::move(unplaced)},
           {"failures", FailuresOf(input.session.history)}};
 }
 
@@ -281,11 +285,10 @@ std::string FormatStatus(const json& status) {
     text += "! " + trouble["what"].get<std::string>() + "\n  " +
             trouble["remedy"].get<std::string>() + "\n";
   }
-  text += Line(
-      "photos  %lld received, %lld in work, %lld placed, %lld waiting or not placed, %lld failed",
-      images["received"].get<long long>(), images["in_flight"].get<long long>(),
-      images["registered"].get<long long>(), images["deferred"].get<long long>(),
-      images["failed"].get<long long>());
+  text += Line("photos  %lld received: %lld placed, %lld waiting, %lld not placed, %lld failed",
+               images["received"].get<long long>(), images["registered"].get<long long>(),
+               images["waiting"].get<long long>(), images["not_placed"].get<long long>(),
+               images["failed"].get<long long>());
   if (latency["p95"].get<double>() > 0) {
     text += Line("photo to pose  half within %.2f s   95 %% within %.2f s   99 %% within %.2f s",
                  latency["p50"].get<double>(), latency["p95"].get<double>(),

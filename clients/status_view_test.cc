@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/test_ledger.h"
+
 namespace skein::status_view_test {
 
 // A session's facts, one after the other, and what the status says of its submaps.
@@ -84,6 +86,31 @@ TEST(StatusView, ASubmapIsBornGrowsAndChangesHands) {
   EXPECT_EQ(session.Stage(1), "being restored");
 }
 
+// 1: placed. 2: waits for its features. 3: matched with nothing. 4: failed. And one was refused.
+TEST(StatusView, EachReceivedPhotoIsCountedOnce) {
+  TestLedger ledger;
+  for (const int64_t id : {1, 3}) {
+    ledger.Describe(id, 1);
+    ledger.Matches(id, {});
+  }
+  ledger.Seed(1, 1, 1);
+  ledger.Lease(1, 1);
+  ledger.Register(1, 1);
+  for (const int64_t id : {2, 4}) ledger.Photo(id);
+  failure_t failure{};
+  failure.image_id = 4;
+  failure.stage = "features";
+  failure.parked = true;
+  ledger.Commit(failure);
+  failure.image_id = 0;
+  failure.stage = "ingest";
+  ledger.Commit(failure);
+  const std::string text = FormatStatus(MakeStatus({"id", ledger.session(), {}, {}, 0}));
+  EXPECT_NE(text.find("photos  5 received: 1 placed, 1 waiting, 1 not placed, 2 failed\n"),
+            std::string::npos)
+      << text;
+}
+
 TEST(StatusView, ASubmapTakenOverAfterItsFinalModelIsFinal) {
   Session session;
   session.Seed(1);
@@ -145,11 +172,11 @@ TEST(StatusView, SaysWhichSubmapsMergeAndHowThatEnded) {
   EXPECT_EQ(session.Status()["merges"]["last_undone"], "2 into 1: they disagree");
   session.Merge(merge_t::ORDERED, 60, 2, 1);
   session.Merge(merge_t::DONE, 60, 2, 1);
-  session.End(2, "merged into submap 1");
+  session.End(2, "merged into map 1");
   EXPECT_EQ(session.Stage(2), "not shown");
   const std::string text = FormatStatus(session.Status());
   EXPECT_NE(text.find("merges  1 done, 1 undone, 0 under way"), std::string::npos) << text;
-  EXPECT_NE(text.find("map 2: merged into submap 1"), std::string::npos) << text;
+  EXPECT_NE(text.find("map 2: merged into map 1"), std::string::npos) << text;
 }
 
 }  // namespace skein::status_view_test

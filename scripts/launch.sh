@@ -218,7 +218,7 @@ await_relay() {
     ((!interrupted)) || exit 0
     read_clock
     ((clock_ms < deadline)) ||
-      die "no relay answers on $1:$2: does launch.sh run there with this URL, and does its firewall let the port through?"
+      die "no relay answers on $1:$2: does skein launch run there with this URL, and does its firewall let the port through?"
     pause 0.2
   done
 }
@@ -490,8 +490,16 @@ $(last_words "${waiting[0]}" 5)"
   done
 }
 
+# An operator's link for a browser of this host. The pass in it is for a terminal alone: a log would keep it.
+say_operator() {
+  ((web_port)) && [[ ${auth_options[1]:-} != off ]] || return 0
+  local link='' ask=(--role operator --view "http://127.0.0.1:$web_port")
+  [[ ! -t 1 ]] || link=$("$bin/skein" invite --session "$session" "${ask[@]}" --expires 30d) || link=''
+  say "operator: ${link:-$skein invite --session ${session@Q} ${ask[*]}}   (may finish: keep it to yourself)"
+}
+
 exec 9>"$session/run/launch.lock"
-flock -n 9 || die "another launch.sh runs on $session"
+flock -n 9 || die "another skein launch runs on $session"
 rm -f "$session/run/web_public" # of an earlier launch, or of who sent the folder
 note_launched --lcm-url "$url"
 [[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
@@ -520,6 +528,7 @@ say "${#instances[@]} processes are ready on $url"
 [[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"
 ((!web_port)) || say "view: http://127.0.0.1:$web_port/"
 skein=$(skein_command)
+say_operator
 [[ -z $web_host ]] || say "for phones and others: $skein invite --session ${session@Q} --role agent --browser --qr   (or viewer, operator)"
 [[ -n $join || $url =~ ttl=0|//(127\.|localhost) ]] || say "invite: $skein invite --session ${session@Q} --role agent   (or worker, operator, viewer)"
 watched="--session ${session@Q} --lcm-url ${url@Q}"

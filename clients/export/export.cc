@@ -268,7 +268,7 @@ int RunExport(int argc, char** argv) {
   known.insert(known.end(), {kGaussianSplatting, kDatabase});
   known.insert(known.end(), std::begin(kDenseFormats), std::end(kDenseFormats));
   CLI::App app(
-      "Exports a session's submaps, at any time, also while it runs: OUTPUT/0 is the one with "
+      "Exports a session's maps, at any time, also while it runs: OUTPUT/0 is the one with "
       "most\n"
       "photos. database: OUTPUT/database.db with features and verified matches for COLMAP.\n"
       "nerfstudio, gaussian-splatting: with undistorted photos, to be trained on as they are.\n"

@@ -231,9 +231,9 @@ TEST_F(ExportTest, TakesTheNewestModelOfEachLivingSubmapLargestFirst) {
   const std::vector<ExportModel> models = Models();
   ASSERT_EQ(models.size(), 2u);
   EXPECT_EQ(models[0].reconstruction->NumRegImages(), 5u);
-  EXPECT_EQ(models[0].label, "submap 1, final at 3");
+  EXPECT_EQ(models[0].label, "map 1, final at 3");
   EXPECT_EQ(models[1].reconstruction->NumRegImages(), 3u);
-  EXPECT_EQ(models[1].label, "submap 2, checkpoint at 1");
+  EXPECT_EQ(models[1].label, "map 2, checkpoint at 1");
 }
 
 TEST_F(ExportTest, FallsBackOnTheFinishedModels) {

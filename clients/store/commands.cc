@@ -71,7 +71,7 @@ int RunAdmit(int argc, char** argv) {
       "Whether services may open a session folder, before they do: it holds regular files and\n"
       "folders alone, and its keys were made by this user on this host. A folder that is missing "
       "may\n"
-      "be made. launch.sh asks this.",
+      "be made. `skein launch` asks this.",
       "skein admit");
   app.add_option("SESSION", dir, "Session folder")->required();
   app.add_flag("--adopt", adopt,
@@ -131,7 +131,7 @@ int RunRepair(int argc, char** argv) {
     std::cout << "photo " << OneLine(photo) << " is lost here: send it again\n";
   }
   if (repaired->services_must_run) {
-    std::cout << "now start the services (scripts/launch.sh --session " << dir
+    std::cout << "now start the services (skein launch --session " << dir
               << ") and run `skein finish`\n";
   }
   if (repaired->done.empty() && repaired->photos_to_send.empty()) std::cout << "all is whole\n";

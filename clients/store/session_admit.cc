@@ -42,7 +42,7 @@ Status CheckNobodyRuns(const SessionPaths& paths) {
   if (file.code() == StatusCode::kNotFound) return Status::Ok();
   if (!file.ok()) return file.status();
   if (::flock(file->get(), LOCK_EX | LOCK_NB) == 0) return Status::Ok();
-  return FailedPrecondition("another launch.sh runs on " + paths.root.string());
+  return FailedPrecondition("another skein launch runs on " + paths.root.string());
 }
 
 Result<std::vector<std::string>> Adopt(const SessionPaths& paths) {

@@ -181,7 +181,7 @@ void FinishDriver::EndSeedsWithoutMapper(double now_s) {
   if (!no_mapper_since_s_) no_mapper_since_s_ = now_s;
   if (now_s - *no_mapper_since_s_ < kNoMapperS) return;
   for (const int64_t id : waiting) {
-    EndSubmap(id, 0, "no mapper was free for it; start more (launch.sh --mappers)");
+    EndSubmap(id, 0, "no mapper was free for it; start more (skein launch --mappers)");
   }
 }
 
@@ -198,7 +198,7 @@ bool FinishDriver::EndNeedlessSubmaps() {
     if (submap.num_registered < needed) {
       needless[id] = "a model needs " + std::to_string(needed) + " photos (--min-model-size)";
     } else if (holder != 0) {
-      needless[id] = "submap " + std::to_string(holder) + " holds all its photos";
+      needless[id] = "map " + std::to_string(holder) + " holds all its photos";
     }
   }
   for (const auto& [id, reason] : needless) {

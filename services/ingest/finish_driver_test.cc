@@ -145,7 +145,7 @@ TEST_F(FinishDriverTest, AMapWhosePhotosAreAllInALargerOneIsNoModelOfItsOwn) {
   const auto* end = Find<submap_end_t>([](const submap_end_t&) { return true; });
   ASSERT_NE(end, nullptr);
   EXPECT_EQ(end->submap_id, 2);
-  EXPECT_EQ(end->reason, "submap 1 holds all its photos");
+  EXPECT_EQ(end->reason, "map 1 holds all its photos");
   EXPECT_EQ(ReplyTo(77)->text, "7 of 7 photos placed, 2 models in sparse/");
   EXPECT_EQ(Report()["submaps"].size(), 2u);
 }
@@ -302,7 +302,7 @@ TEST_F(FinishDriverTest, TakesTheNewestModelOfAMapperThatIsSilent) {
   AskToFinish(77, "0.1");
   AwaitReplyTo(77);
   EXPECT_EQ(*ReadFile((Paths().Sparse() / "0" / "images.bin").string()), (Bytes{2, 2}));
-  EXPECT_NE(ReplyTo(77)->text.find("submap 1: its mapper did not answer"), std::string::npos);
+  EXPECT_NE(ReplyTo(77)->text.find("map 1: its mapper did not answer"), std::string::npos);
   EXPECT_EQ(Report()["cut"]["submaps"][0]["id"], 1);
   EXPECT_EQ(Report()["submaps"][0]["completeness"]["reason"],
             "the model is a checkpoint: its mapper did not finish it");

@@ -64,7 +64,7 @@ void WorkDesk::NoteFailedStep(int64_t submap_id, const std::string& step, const 
   if (writer_.history().FindFact(fact.header.fact_id) != 0) return;
   const auto before = submap->failed_steps.find(fact.step);
   fact.header.author = node_.instance();
-  fact.name = "submap " + std::to_string(submap_id) + ", " + fact.step;
+  fact.name = "map " + std::to_string(submap_id) + ", " + fact.step;
   fact.stage = kSubmapKind;
   fact.reason = ClampText(Printable(reason, 200));
   fact.attempts = 1 + (before == submap->failed_steps.end() ? 0 : before->second.attempts);
@@ -102,7 +102,7 @@ void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures)
     fact.image_id = photo == nullptr ? 0 : failure.item;
     fact.submap_id = is_submap ? failure.item : 0;
     fact.agent = photo == nullptr ? "" : photo->image.agent;
-    fact.name = photo == nullptr ? "submap " + std::to_string(failure.item) : photo->image.name;
+    fact.name = photo == nullptr ? "map " + std::to_string(failure.item) : photo->image.name;
     fact.stage = kind;
     fact.reason = ClampText(Printable(failure.reason, 200) + " (" + failure.worker + ")");
     fact.attempts = failure.attempts;

@@ -176,7 +176,7 @@ void MergeExecutor::GoBack(const std::string& reason) {
         if (!status.ok()) throw std::logic_error("the submap's own model: " + status.error());
         std::vector<PhotoEvent> events;
         submap.TellNewAndGone({merged.begin(), merged.end()},
-                              {Refusal::Cause::kOther, "its submap's merge was refused: " + reason},
+                              {Refusal::Cause::kOther, "its map's merge was refused: " + reason},
                               [&events](const PhotoEvent& event) { events.push_back(event); });
         return events;
       },

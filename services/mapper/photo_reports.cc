@@ -77,7 +77,7 @@ std::vector<PhotoEvent> PhotoReports::FindLost(const ItemCursor& cursor) {
     PhotoEvent event;
     event.image_id = id;
     event.state = PhotoEvent::State::kWithdrawn;
-    event.refusal.text = "not registered again after the submap changed hands";
+    event.refusal.text = "not registered again after the map changed hands";
     lost.push_back(event);
   }
   return lost;

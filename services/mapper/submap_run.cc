@@ -139,7 +139,7 @@ void SubmapRun::OnFact(const Fact& fact) {
     if (submap->lease.epoch > epoch()) {
       return End({"", "the lease went to " + submap->lease.owner});
     }
-    if (submap->ended) return End({"", "the submap has ended"});
+    if (submap->ended) return End({"", "the map has ended"});
   }
   offered_.OnFact(fact);
   const auto* merge = std::get_if<merge_t>(&fact);
@@ -666,9 +666,8 @@ void SubmapRun::PublishStatus() {
 // What a merge or a finish waits for here; "" if for nothing.
 std::string SubmapRun::Detail() const {
   if (const merge_t* merge = merges_.ordered()) {
-    return merge->source_id == submap_id()
-               ? "merges into submap " + std::to_string(merge->target_id)
-               : "absorbs submap " + std::to_string(merge->source_id);
+    return merge->source_id == submap_id() ? "merges into map " + std::to_string(merge->target_id)
+                                           : "absorbs map " + std::to_string(merge->source_id);
   }
   if (!doing_.empty() || !ledger_.session.finishing()) return doing_;
   if (state_.Is(Activity::kWriting)) return "writes its model";

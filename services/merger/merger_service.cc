@@ -4,6 +4,7 @@
 #include <random>
 #include <utility>
 
+#include "core/counted.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
 #include "merger/messages.h"
@@ -87,7 +88,7 @@ MergerService::MergerService(Node& node, const MergerOptions& options)
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) {
     heartbeat->state = wants_mapper_s_ > 0 ? "a seed waits for an idle mapper"
                        : estimate_         ? "estimating a similarity"
-                                           : std::to_string(directory_.Live().size()) + " submaps";
+                                           : Counted(directory_.Live().size(), "map");
     heartbeat->backlog = directory_.NumOpenMerges();
     heartbeat->num_done = num_merged_;
   });

@@ -15,14 +15,12 @@ int main(int argc, char** argv) {
           skein::ParseServiceOptions(description, argc, argv, &node_options, &options)) {
     return *code;
   }
-  if (options.is_public()) {
-    const skein::Status admits = skein::CheckVisitors(node_options);
-    if (!admits.ok()) {
-      std::fprintf(stderr, "skein-web: %s\n", admits.error().c_str());
-      return 2;
-    }
-    node_options.signer.role = skein::Role::kWeb;
+  const skein::Status admits = skein::CheckVisitors(node_options);
+  if (options.is_public() && !admits.ok()) {
+    std::fprintf(stderr, "skein-web: %s\n", admits.error().c_str());
+    return 2;
   }
+  if (admits.ok()) node_options.signer.role = skein::Role::kWeb;
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::WebService service(node, options);
     node.Run();

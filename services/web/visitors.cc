@@ -44,8 +44,9 @@ Status CheckVisitors(const NodeOptions& options) {
   return Status::Ok();
 }
 
-Visitors::Visitors(std::string keys_dir, SessionTrust trust, WebCertificate certificate,
-                   const WebOptions& options, WatchedRevocations::RunJob run_job)
+Visitors::Visitors(std::string keys_dir, SessionTrust trust,
+                   std::optional<WebCertificate> certificate, const WebOptions& options,
+                   WatchedRevocations::RunJob run_job)
     : keys_dir_(std::move(keys_dir)),
       trust_(std::move(trust)),
       certificate_(std::move(certificate)),
@@ -53,19 +54,21 @@ Visitors::Visitors(std::string keys_dir, SessionTrust trust, WebCertificate cert
       public_port_(options.public_port),
       plain_port_(options.plain_port),
       revocations_(keys_dir_, std::move(run_job)) {
+  if (!certificate_) return;
   addresses_.secure = "https://" + HostInUrl(host_) + ":" + std::to_string(public_port_);
   if (plain_port_ != 0) {
     addresses_.plain = "http://" + HostInUrl(host_) + ":" + std::to_string(plain_port_);
   }
-  addresses_.fingerprint = certificate_.fingerprint;
-  addresses_.certificate_der = certificate_.issuer_der;
+  addresses_.fingerprint = certificate_->fingerprint;
+  addresses_.certificate_der = certificate_->issuer_der;
 }
 
 void Visitors::LetIn(WebServerOptions* server) const {
+  server->access = PassAccess{host_, {}, trust_, revocations_};
+  if (!certificate_) return;
   const std::string address = AddressToListenOn(host_);
-  PublicAccess access{host_, {{address, public_port_, certificate_}}, trust_, revocations_};
-  if (plain_port_ != 0) access.doors.push_back({address, plain_port_, std::nullopt});
-  server->access = std::move(access);
+  server->access->doors.push_back({address, public_port_, certificate_});
+  if (plain_port_ != 0) server->access->doors.push_back({address, plain_port_, std::nullopt});
   server->max_connections = std::max(server->max_connections, kMaxPublicConnections);
 }
 
@@ -91,6 +94,9 @@ Visitors OpenVisitors(const Node& node, const WebOptions& options,
   const Result<SessionAccess> access =
       OpenSessionKeys(keys, node.session_id(), Role::kWeb, node.options().signer.certified_name);
   if (!access.ok()) throw std::runtime_error(access.error());
+  if (!options.is_public()) {
+    return {keys, access->trust, std::nullopt, options, std::move(run_job)};
+  }
   try {
     const Result<WebCertificate> certificate =
         OpenWebCertificate(keys, {options.public_host}, NowUs() / 1'000'000);

@@ -1,6 +1,8 @@
-// Visitors of other hosts: the ports for their browsers, and their invitations.
+// Visitors with a pass: an operator on this host, and browsers of other hosts by ports of their
+// own.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "auth/revocations.h"
@@ -12,13 +14,14 @@
 
 namespace skein {
 
-// Whether a process that runs so can tell who has an invitation. An error says what to do.
+// Whether a process that runs so can tell who has a pass. An error says what --public-host lacks.
 Status CheckVisitors(const NodeOptions& options);
 
 // Any thread.
 class Visitors {
  public:
-  Visitors(std::string keys_dir, SessionTrust trust, WebCertificate certificate,
+  // `certificate`: of the public port; none: nobody comes from another host.
+  Visitors(std::string keys_dir, SessionTrust trust, std::optional<WebCertificate> certificate,
            const WebOptions& options, WatchedRevocations::RunJob run_job);
 
   const PublicAddresses& addresses() const { return addresses_; }
@@ -31,7 +34,7 @@ class Visitors {
  private:
   std::string keys_dir_;
   SessionTrust trust_;
-  WebCertificate certificate_;
+  std::optional<WebCertificate> certificate_;
   std::string host_;
   int public_port_, plain_port_;
   PublicAddresses addresses_;

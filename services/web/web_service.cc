@@ -55,14 +55,16 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
 
 WebService::WebService(Node& node, const WebOptions& options)
     : node_(node), options_(options), listens_since_s_(node.loop().now_s()) {
-  if (options.is_public()) {
+  if (CheckVisitors(node.options()).ok()) {
     upload_jobs_ = std::make_unique<JobPool>(kNumUploadThreads, kMoreUploadThreads);
     const auto run_job = [&jobs = *upload_jobs_](std::function<void()> job) {
       jobs.Run(std::move(job));
     };
     visitors_ = OpenVisitors(node, options, run_job);
-    uploads_ = std::make_unique<UploadStore>(SessionPaths{node.options().session_dir}.Uploads(),
-                                             options.uploads, run_job);
+    if (options.is_public()) {
+      uploads_ = std::make_unique<UploadStore>(SessionPaths{node.options().session_dir}.Uploads(),
+                                               options.uploads, run_job);
+    }
     finish_asker_ = std::make_unique<FinishAsker>(node, [this](int64_t command_id) {
       return view_.With([&](const SessionRecord& session) {
         return session.history.finish_of_command().count(command_id) > 0;
@@ -153,7 +155,7 @@ void WebService::StartServer() {
   const Status page = StaticFiles(PageDir(options_.page_dir)).Check();
   if (!page.ok()) LogWarn("browsers are shown no map: {}", page.error());
   LogInfo("view: http://{}:{}/", options_.server.address, server_->port());
-  if (visitors_) {
+  if (options_.is_public()) {
     LogInfo("visitors with an invitation: {} {}; fingerprint of the certificate: {}",
             visitors_->addresses().secure, visitors_->addresses().plain,
             visitors_->addresses().fingerprint);
@@ -174,20 +176,23 @@ SessionSource WebService::Source() {
   source.processes = [this] { return ProcessesHeard(); };
   source.has_read_ledger = [this] { return has_read_ledger_.load(); };
   source.on_look = [this] { shapes_->NoteLook(); };
-  if (visitors_) AddVisitors(&source);
+  if (finish_asker_) {
+    source.finish = [this](double within_s, std::function<void(Status)> done) {
+      node_.loop().Post(
+          [this, within_s, done = std::move(done)] { finish_asker_->Ask(within_s, done); });
+    };
+  }
+  if (uploads_) AddVisitors(&source);
   return source;
 }
 
+// Of other hosts.
 void WebService::AddVisitors(SessionSource* source) {
   source->addresses = visitors_->addresses();
   source->uploads = uploads_.get();
   source->upload_jobs = upload_jobs_.get();
   source->invite = [this](Role role, const std::string& name) {
     return visitors_->Invite(role, name, 0);
-  };
-  source->finish = [this](double within_s, std::function<void(Status)> done) {
-    node_.loop().Post(
-        [this, within_s, done = std::move(done)] { finish_asker_->Ask(within_s, done); });
   };
 }
 

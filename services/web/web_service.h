@@ -57,10 +57,10 @@ class WebService {
   const WebOptions options_;
   SessionView view_;
   std::atomic<bool> has_read_ledger_{false};  // once
-  std::optional<Visitors> visitors_;          // of other hosts; none: they are not let in
-  std::unique_ptr<UploadStore> uploads_;
+  std::optional<Visitors> visitors_;          // with a pass; none: no pass counts
+  std::unique_ptr<UploadStore> uploads_;      // null: nobody comes from other hosts
   std::unique_ptr<SessionApi> api_;
-  std::unique_ptr<JobPool> upload_jobs_;  // use both
+  std::unique_ptr<JobPool> upload_jobs_;  // use both, and look who was revoked
   std::unique_ptr<ShapeFollower> shapes_;
   std::unique_ptr<DenseFollower> dense_;
   std::unique_ptr<WebServer> server_;

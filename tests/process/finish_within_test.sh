@@ -73,7 +73,7 @@ expect_report '.cut.not_matched | length == 6'
 # A mapper that is silent: its newest model is taken.
 signal_services STOP mapper
 finish_within 2
-grep -q 'submap [0-9]*: its mapper did not answer' "$workspace/finish.log" || fail "not told: $(<"$workspace/finish.log")"
+grep -q 'map [0-9]*: its mapper did not answer' "$workspace/finish.log" || fail "not told: $(<"$workspace/finish.log")"
 expect_report '.cut.submaps[0].id == .submaps[0].id'
 expect_exportable 10
 

@@ -174,11 +174,11 @@ echo https://203.0.113.7:8471 >"$session/run/web_public"
 for keys in kept removed; do
   [[ $keys == kept ]] || rm -rf "$session/keys"
   timeout 20 "$skein" status --session "$session" --once >"$workspace/said" 2>&1 && fail "skein status follows a sent run/lcm_url, keys $keys"
-  grep -q 'not written by launch.sh of this user' "$workspace/said" || fail "skein status, a sent run/lcm_url: $(cat "$workspace/said")"
+  grep -q 'not written by skein launch of this user' "$workspace/said" || fail "skein status, a sent run/lcm_url: $(cat "$workspace/said")"
   for options in "" --browser "--lcm-url $url --qr"; do
     "$skein" invite --session "$session" --role agent $options >"$workspace/said" 2>"$workspace/refused" || true
     ! grep -q 203.0.113.7 "$workspace/said" || fail "skein invite $options, keys $keys: a link to another's host"
-    grep -q 'not written by launch.sh of this user' "$workspace/refused" || fail "skein invite $options: $(cat "$workspace/refused")"
+    grep -q 'not written by skein launch of this user' "$workspace/refused" || fail "skein invite $options: $(cat "$workspace/refused")"
   done
 done
 copy_own

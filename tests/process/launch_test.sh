@@ -75,7 +75,7 @@ tr '\0' ' ' <"/proc/$(pid_of matching-1)/cmdline" | grep -- '--max-size' >/dev/n
 
 "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --build "$workspace" 2>"$workspace/second" &&
   fail "a second launch on the session was not refused"
-grep -q 'another launch.sh' "$workspace/second" || fail "unclear refusal: $(cat "$workspace/second")"
+grep -q 'another skein launch' "$workspace/second" || fail "unclear refusal: $(cat "$workspace/second")"
 
 old=$(pid_of merger)
 kill -9 "$old"

@@ -35,6 +35,10 @@ is_told 'not taken in '"$dcim"': 1 ._*, 1 in .Trash-1000, 1 in .thumbnails, 1 in
   fail "what is skipped is not told"
 is_told 'not taken in '"$dcim"': up (links to folders that are read anyway)' || fail "the link is not told"
 
+echo x >"$dcim/late.heic"
+wait_until 30 "a HEIC that comes later is told" is_told 'not taken in '"$dcim"': 1 .heic (JPEG, PNG and TIFF are)'
+rm "$dcim/late.heic"
+
 # A copy that pauses, and one that allocates all of its size first.
 half=$(($(stat -c %s "${photos[1]}") / 2))
 head -c "$half" "${photos[1]}" >"$dcim/pauses.jpg"

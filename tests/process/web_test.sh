@@ -58,6 +58,15 @@ refused 404 "$view/api/photos/1"
 refused 403 -H 'Origin: http://evil.example' -H 'Connection: Upgrade' -H 'Upgrade: websocket' \
   -H 'Sec-WebSocket-Version: 13' -H 'Sec-WebSocket-Key: x3JJHMbDL1EzLkh9GBhXDw==' "$view/ws"
 
+# By the own port a viewer does not finish; who shows an operator's pass may, but no other page for them.
+grep -q 'operator: .* invite .*--view' "$workspace/launch.out" || fail "launch.sh does not tell how an operator comes in: $(cat "$workspace/launch.out")"
+pass=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role operator --view "$view" | sed 's|.*#||')
+refused 403 -X POST "$view/api/finish"
+refused 403 -X POST -H "Authorization: Bearer $pass" -H 'Origin: http://127.0.0.1:1' "$view/api/finish"
+refused 403 -X POST -H "Authorization: Bearer $pass" -H 'Host: evil.example' "$view/api/finish"
+[[ $(get /api/session | jq .finishes) == false ]] || fail "anybody on this host may finish"
+[[ $(curl -fsS --max-time 20 -H "Authorization: Bearer $pass" "$view/api/session" | jq .finishes) == true ]] || fail "an operator may not finish by the own port"
+
 # A page that was never built.
 "$SKEIN_BUILD/bin/skein-web" --session "$session" --lcm-url "$url" --instance web-2 --port 8601 --page "$workspace/no_page" >"$workspace/no_page.log" 2>&1 &
 no_page=$!

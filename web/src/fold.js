@@ -153,7 +153,7 @@ const folds = {
     if (e.state !== 'done' && e.state !== 'undone') return;
     closeMerge(state, e.merge);
     if (e.state === 'done') {
-      endSubmap(state, submapOf(state, e.source), `merged into submap ${e.target}`, e.target);
+      endSubmap(state, submapOf(state, e.source), `merged into map ${e.target}`, e.target);
     }
   },
   failure(state, e) {

@@ -195,7 +195,7 @@ export function makeSession({ photosEach = 24, numPoints = 30000, seed = 1, star
         p.movedAt = t + 1_900_000;
       }
       add(t + 1_950_000, 'merge', { ...order, state: 'done', similarity: undefined, s: 1.85 });
-      add(t + 1_951_000, 'submap', { submap: 2, state: 'ended', photos: 0, points: 0, reason: 'merged into submap 1', merged_into: 1, error_px: 0 });
+      add(t + 1_951_000, 'submap', { submap: 2, state: 'ended', photos: 0, points: 0, reason: 'merged into map 1', merged_into: 1, error_px: 0 });
       merged = t + 1_950_000;
     }
   }

@@ -104,7 +104,7 @@ Status CheckKeysAreOwn(const std::string& keys_dir, const PublicKey& root) {
   return FailedPrecondition(
       keys_dir +
       " was not made by this user on this host: who made it can speak in every role. `skein clone` "
-      "copies the session without its keys; launch.sh --adopt makes new ones here, and all "
+      "copies the session without its keys; `skein launch --adopt` makes new ones here, and all "
       "invitations end");
 }
 

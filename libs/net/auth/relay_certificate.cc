@@ -131,7 +131,7 @@ Result<std::string> ReadRelayPin(const std::string& dir) {
   if (!HasCertificate(dir)) {
     return NotFound(PemPath(dir) +
                     " is missing: the session's relay makes it; start the session with "
-                    "launch.sh --lcm-url tcpqs://HOST:7700");
+                    "`skein launch --lcm-url tcpqs://HOST:7700`");
   }
   const Result<RelayCertificate> certificate = Read(dir);
   if (!certificate.ok()) return certificate.status();

@@ -227,7 +227,7 @@ std::string Node::HearSession() {
   if (heard.empty()) {
     throw std::runtime_error(
         "no session heard at " + bus_.url().ToString() +
-        "; is scripts/launch.sh running, and with this URL? Give --session DIR on "
+        "; is `skein launch` running, and with this URL? Give --session DIR on "
         "its host, --invite LINK elsewhere");
   }
   return heard;

@@ -108,7 +108,7 @@ std::string CutSummary(const SessionState& session, const FinishCut& cut) {
                      cut.during + PhotosText(session, cut.not_matched, "not matched in time") +
                      PhotosText(session, cut.not_tried, "not tried in time");
   for (const FinishCut::Submap& submap : cut.submaps) {
-    text += "; submap " + std::to_string(submap.submap_id) + ": " + submap.left_out;
+    text += "; map " + std::to_string(submap.submap_id) + ": " + submap.left_out;
   }
   return text;
 }

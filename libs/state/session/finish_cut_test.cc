@@ -99,7 +99,7 @@ TEST_F(FinishCutTest, TheReportAndTheSummaryNameWhatWasLeftOut) {
   EXPECT_EQ(cut["submaps"][0]["id"], 1);
   const std::string summary = CutSummary(state(), FindCut(state()));
   EXPECT_NE(summary.find("during matching; 1 photo not matched in time ("), std::string::npos);
-  EXPECT_NE(summary.find("; submap 1: consolidation and"), std::string::npos);
+  EXPECT_NE(summary.find("; map 1: consolidation and"), std::string::npos);
 }
 
 TEST_F(FinishCutTest, APhotoThatNoSubmapSpokeOfWasNotTriedInTime) {

@@ -9,7 +9,7 @@
 namespace skein {
 
 std::string MergedReason(int64_t target_id) {
-  return "merged into submap " + std::to_string(target_id);
+  return "merged into map " + std::to_string(target_id);
 }
 
 bool SubmapLife::IsRegistered(int64_t image_id) const {

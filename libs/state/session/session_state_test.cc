@@ -193,13 +193,13 @@ TEST_F(SessionStateTest, AMergeThatIsDoneEndsItsSource) {
   ledger_.MergeStep(merge_id, merge_t::DONE);
   EXPECT_FALSE(state().IsLive(2)) << "also before its end fact";
   EXPECT_EQ(state().FindSubmap(2)->merged_into, 1);
-  EXPECT_EQ(state().FindSubmap(2)->end_reason, "merged into submap 1");
+  EXPECT_EQ(state().FindSubmap(2)->end_reason, "merged into map 1");
   EXPECT_EQ(state().FindSubmap(1)->open_merge_id, 0);
   EXPECT_TRUE(state().IsRegistered(21));
   EXPECT_FALSE(state().IsRegistered(22)) << "no submap that lives holds it";
   ledger_.Commit(MakeMergedEnd(state().FindMerge(merge_id)->latest(), state()));
   EXPECT_EQ(state().FindSubmap(2)->merged_into, 1);
-  EXPECT_EQ(state().FindSubmap(2)->end_reason, "merged into submap 1");
+  EXPECT_EQ(state().FindSubmap(2)->end_reason, "merged into map 1");
 }
 
 TEST_F(SessionStateTest, TheEndOfASubmapEndsItsMergeForTheOtherToo) {

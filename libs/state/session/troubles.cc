@@ -48,7 +48,7 @@ int64_t NumWaitingFor(const std::string& service, const SessionState& state) {
 
 Trouble NoWorker(const std::string& service, int64_t num_waiting) {
   return {Photos(num_waiting) + ", and no process of " + service + " is running.",
-          "Start scripts/launch.sh on the session again, or give it a worker: launch.sh --join."};
+          "Start `skein launch` on the session again, or give it a worker: `skein launch --join`."};
 }
 
 Trouble ClockApart(const HeardProcess& process) {
@@ -74,7 +74,7 @@ StageBacklog BacklogOf(const SessionState& state) {
 
 Trouble IngestIsSilent() {
   return {"Ingest does not answer: no photo is taken in.",
-          "Start scripts/launch.sh on the session again. Until then photos stay where they were "
+          "Start `skein launch` on the session again. Until then photos stay where they were "
           "taken, and none is lost."};
 }
 

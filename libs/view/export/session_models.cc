@@ -54,9 +54,9 @@ Result<ExportModel> ReadModelArchive(const submap_model_t& submap, const Bytes& 
   Result<ModelArchive> archive = DecodeModelArchive(bytes);
   if (!archive) return archive.status();
   const std::string kind = submap.kind == submap_model_t::FINAL ? "final" : "checkpoint";
-  return ExportModelOf(DecodeModel(std::move(*archive)),
-                       "submap " + std::to_string(submap.submap_id) + ", " + kind + " at " +
-                           std::to_string(submap.ledger_seq));
+  return ExportModelOf(DecodeModel(std::move(*archive)), "map " + std::to_string(submap.submap_id) +
+                                                             ", " + kind + " at " +
+                                                             std::to_string(submap.ledger_seq));
 }
 
 Result<ExportModel> ReadModelFolder(const fs::path& folder) {

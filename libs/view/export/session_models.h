@@ -18,7 +18,7 @@
 namespace skein {
 
 struct ExportModel {
-  std::string label;  // "submap 3, checkpoint at 812" or the folder
+  std::string label;  // "map 3, checkpoint at 812" or the folder
   std::unique_ptr<Reconstruction> reconstruction;
   nlohmann::json georeference;  // see GeoreferenceToJson; null in the mapper's frame
 };

@@ -15,10 +15,6 @@ std::string WithoutPort(const std::string& host) {
   return host.substr(0, host.find(':'));
 }
 
-bool IsLoopback(const std::string& address) {
-  return address.compare(0, 4, "127.") == 0 || address == "::1";
-}
-
 bool NamesServer(const AccessRequest& request) {
   const std::string name = LowerCase(WithoutPort(*request.host));
   if (name == request.local_address) return true;
@@ -84,15 +80,26 @@ AccessDecision Denied(const char* what) {
   return {403, std::string("this invitation is not for that: ") + what};
 }
 
+// By the server's own port, without a pass.
+bool LocalMay(Right right, bool is_on_host) {
+  const bool reads = right == Right::kKnow || right == Right::kRead || right == Right::kOnePhoto ||
+                     right == Right::kMetrics;
+  return reads || (is_on_host && right == Right::kInvite);
+}
+
 AccessDecision DecideRight(Right right, const AccessRequest& request) {
   const Visitor& visitor = request.visitor;
-  if (right == Right::kPage || right == Right::kEnter) return {};
+  const bool is_on_host = IsLoopback(request.local_address);
+  if (right == Right::kPage) return {};
   if (visitor.is_local) {
-    const bool reads = right == Right::kKnow || right == Right::kRead ||
-                       right == Right::kOnePhoto || right == Right::kMetrics;
-    const bool invites = right == Right::kInvite && IsLoopback(request.local_address);
-    if (reads || invites) return {};
-    return Denied("photos and commands come with an invitation, or from the skein command");
+    if (LocalMay(right, is_on_host)) return {};
+    if (!is_on_host) return {403, "this port takes no pass: open the view on its own host"};
+  }
+  if (right == Right::kEnter) return {};
+  if (!visitor.role && visitor.is_local) {
+    return {403,
+            "open the operator's link that `skein launch` prints, or take the skein command: "
+            "photos and commands come with a pass"};
   }
   if (!visitor.role && !visitor.refusal.empty()) return {401, visitor.refusal};
   if (!visitor.role) {
@@ -121,6 +128,10 @@ AccessDecision DecideRight(Right right, const AccessRequest& request) {
 }
 
 }  // namespace
+
+bool IsLoopback(const std::string& address) {
+  return address.compare(0, 4, "127.") == 0 || address == "::1";
+}
 
 AccessDecision DecideAccess(const AccessRequest& request) {
   const std::optional<Right> right = RightFor(request.method, request.path);

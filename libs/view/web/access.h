@@ -31,10 +31,13 @@ struct AccessDecision {
   bool allowed() const { return status == 0; }
 };
 
+// An address of this host alone: 127.0.0.0/8 or ::1.
+bool IsLoopback(const std::string& address);
+
 // By the server's own port everyone who reaches it may read everything; a visitor of this host may
-// also make invitations. By a public port a pass is needed for all but the page itself: a viewer
-// reads, an agent sends photos and sees its own, an operator does all of that, finishes, invites
-// and reads /metrics.
+// also make invitations, and whatever the role of its pass may. By a public port a pass is needed
+// for all but the page itself: a viewer reads, an agent sends photos and sees its own, an operator
+// does all of that, finishes, invites and reads /metrics.
 //
 // A request has to name the server by the address that it came to, by public_host, or as localhost:
 // a page of another site that lets its own name resolve to this host (DNS rebinding) is refused. A

@@ -1,5 +1,5 @@
-// Visitors by a public port: a pass (auth/web_pass.h) in a cookie that scripts cannot read, or as
-// the bearer token (RFC 6750) of a program.
+// Visitors with a pass (auth/web_pass.h): in a cookie that scripts cannot read, or as the bearer
+// token (RFC 6750) of a program.
 #pragma once
 
 #include <functional>

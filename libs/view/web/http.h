@@ -19,7 +19,7 @@ namespace skein {
 
 // Sender of a request, as access.h takes it.
 struct Visitor {
-  bool is_local = false;     // a process of this host, by the server's own port
+  bool is_local = false;     // by the server's own port
   std::optional<Role> role;  // of its pass; none without a pass that holds
   std::string name;          // of its pass
   int64_t expires_s = 0;     // of its pass, seconds since 1970; 0: never

@@ -42,6 +42,11 @@ WebStream StreamOf(tcp::socket socket, const Door& door) {
   return WebStream(std::move(socket));
 }
 
+std::string LocalAddressOf(const tcp::socket& socket) {
+  ErrorCode error;
+  return socket.local_endpoint(error).address().to_string();
+}
+
 std::optional<std::string> Header(const UpgradeRequest& request, http::field field) {
   const auto found = request.find(field);
   if (found == request.end()) return std::nullopt;
@@ -94,6 +99,7 @@ HttpConnection::HttpConnection(ConnectionHost& host, int64_t id, tcp::socket soc
     : host_(host),
       id_(id),
       door_(door),
+      local_address_(LocalAddressOf(socket)),
       stream_(StreamOf(std::move(socket), door)),
       buffer_(size_t{kMaxHeaderBytes} * 2) {}
 
@@ -139,13 +145,12 @@ void HttpConnection::OnRequest() {
   const std::optional<HttpRequest> parsed = ParsedRequest(request);
   if (!parsed) return AnswerAndClose(400, "the request's target is malformed");
   const bool is_websocket = websocket::is_upgrade(request);
-  ErrorCode error;
   AccessRequest asked;
   asked.method = parsed->method;
   asked.path = parsed->path;
   asked.host = Header(request, http::field::host);
   asked.origin = Header(request, http::field::origin);
-  asked.local_address = stream_.lowest().socket().local_endpoint(error).address().to_string();
+  asked.local_address = local_address_;
   asked.public_host = door_.is_public ? host_.options().access->host : "";
   asked.is_websocket = is_websocket;
   asked.is_encrypted = stream_.is_encrypted();
@@ -187,12 +192,12 @@ std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& r
     const std::string name = LowerCase(std::string(field.name_string()));
     if (name.compare(0, 7, "upload-") == 0) parsed->fields[name] = std::string(field.value());
   }
-  if (door_.is_public) {
+  // In the clear a pass goes no further than this host, but for the port that was opened for it.
+  if (door_.is_public || IsLoopback(local_address_)) {
     parsed->visitor = host_.FindVisitor(Header(request, http::field::cookie).value_or(""),
                                         Header(request, http::field::authorization).value_or(""));
-  } else {
-    parsed->visitor.is_local = true;
   }
+  parsed->visitor.is_local = !door_.is_public;
   return parsed;
 }
 

@@ -65,6 +65,7 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   ConnectionHost& host_;
   const int64_t id_;
   const Door door_;
+  const std::string local_address_;  // of the server, that the peer came to
   WebStream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::empty_body>> parser_;

@@ -112,6 +112,46 @@ TEST(Access, WhosePassHoldsNoMoreIsToldWhy) {
   EXPECT_TRUE(DecideAccess(request).allowed());
 }
 
+// On the session's own host a pass adds the rights of its role to those of the own port.
+TEST(Access, ByItsOwnPortAnOperatorsPassFinishes) {
+  const auto with_pass = [](const std::string& method, const std::string& path, Role role) {
+    AccessRequest request = Asked(method, path);
+    request.visitor = Visitor{true, role, "anna"};
+    return request;
+  };
+  EXPECT_TRUE(DecideAccess(Asked("POST", "/api/enter")).allowed());
+  EXPECT_TRUE(DecideAccess(with_pass("POST", "/api/finish", Role::kOperator)).allowed());
+  EXPECT_TRUE(DecideAccess(with_pass("PATCH", "/api/uploads/0", Role::kAgent)).allowed());
+  EXPECT_TRUE(DecideAccess(with_pass("GET", "/api/events", Role::kAgent)).allowed());
+  EXPECT_EQ(DecideAccess(with_pass("POST", "/api/finish", Role::kViewer)).status, 403);
+  EXPECT_EQ(DecideAccess(with_pass("POST", "/api/finish", Role::kAgent)).status, 403);
+}
+
+// A page that the operator opens may reach the own port, but neither by another name nor as another
+// origin does it speak for the operator.
+TEST(Access, NoOtherPageFinishesWithAnOperatorsPass) {
+  AccessRequest request = Asked("POST", "/api/finish");
+  request.visitor = Visitor{true, Role::kOperator, "anna"};
+  for (const char* origin : {"http://evil.example", "http://127.0.0.1:9999", "null",
+                             "https://127.0.0.1:8470", "http://localhost:8470"}) {
+    request.origin = origin;
+    EXPECT_EQ(DecideAccess(request).status, 403) << origin;
+  }
+  request.origin = "http://rebound.example:8470";
+  request.host = "rebound.example:8470";
+  EXPECT_EQ(DecideAccess(request).status, 403) << "DNS rebinding";
+}
+
+// Elsewhere the own port is in the clear.
+TEST(Access, AnOwnPortForTheNetworkTakesNoPass) {
+  for (const char* path : {"/api/enter", "/api/finish"}) {
+    AccessRequest request = Asked("POST", path, "192.168.0.1");
+    request.local_address = "192.168.0.1";
+    request.visitor = Visitor{true, Role::kOperator, "anna"};
+    EXPECT_EQ(DecideAccess(request).status, 403) << path;
+  }
+}
+
 // Each role on each kind of path, a letter where it is let in: nobody, agent, viewer, operator.
 TEST(Access, EachRoleTriesEachPath) {
   const auto who_may = [](const std::string& method, const std::string& path) {

@@ -137,7 +137,7 @@ void SessionApi::Invite(const HttpRequest& request, Respond respond) {
   if (!source_.invite) {
     return respond(HttpError(404,
                              "nobody is let in from elsewhere: start the session with "
-                             "launch.sh --web-public HOST"));
+                             "`skein launch --web-public HOST`"));
   }
   const json asked = json::parse(request.body, nullptr, false);
   const bool is_sound = asked.is_object() && asked.value("role", json()).is_string() &&

@@ -286,7 +286,7 @@ TEST_F(SessionApiTest, SubmapsThatEndedSaySo) {
   Commit(end);
   const HttpResponse response = Get("/api/submaps/4");
   EXPECT_EQ(response.status, 404);
-  EXPECT_NE(response.text.find("submap 9 has its photos"), std::string::npos);
+  EXPECT_NE(response.text.find("map 9 has its photos"), std::string::npos);
 }
 
 TEST_F(SessionApiTest, ThumbnailsAreUprightAndSmall) {

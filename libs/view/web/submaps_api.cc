@@ -31,7 +31,7 @@ SubmapsApi::SubmapsApi(const SessionView& view, const SessionSource& source, Blo
 
 void SubmapsApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   const std::optional<int64_t> id = ParseId(parts[1]);
-  if (!id) return respond(HttpError(400, "a submap is a number"));
+  if (!id) return respond(HttpError(400, "a map is a number"));
   if (parts.size() >= 3 && parts[2] == "dense") return HandleDense(*id, parts, request, respond);
   source_.on_look();
   WithShape(*id, respond, [this, parts, request, respond](const ShapePtr& shape) {
@@ -62,14 +62,14 @@ void SubmapsApi::WithShape(int64_t submap_id, const Respond& respond,
     }
     return found;
   });
-  const std::string name = "submap " + std::to_string(submap_id);
+  const std::string name = "map " + std::to_string(submap_id);
   if (!model.known) return respond(NoSuch(name));
   if (model.ended) {
     return respond(HttpError(
         404, name + " has ended" +
                  (model.merged_into == 0
                       ? ""
-                      : "; submap " + std::to_string(model.merged_into) + " has its photos")));
+                      : "; map " + std::to_string(model.merged_into) + " has its photos")));
   }
   const ShapePtr shape = shapes_.Find(submap_id);
   const bool is_current =
@@ -130,7 +130,7 @@ void SubmapsApi::HandleDense(int64_t submap_id, const PathParts& parts, const Ht
                              const Respond& respond) {
   const DensePointsPtr points = dense_.Find(submap_id);
   if (points == nullptr) {
-    return respond(NoSuch("dense points of submap " + std::to_string(submap_id) + " yet"));
+    return respond(NoSuch("dense points of map " + std::to_string(submap_id) + " yet"));
   }
   if (parts.size() == 3) return respond(JsonResponse(DenseJson(submap_id, *points)));
   const std::optional<int64_t> id = parts.size() == 4 ? ParseId(parts[3]) : std::nullopt;

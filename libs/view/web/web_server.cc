@@ -408,7 +408,7 @@ void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) 
     if (connection == connections_.end()) return;
     return connection->second->Answer(
         guests_ ? guests_->Enter(request.body, request.is_encrypted, NowUs() / 1'000'000)
-                : HttpError(404, "no invitation is needed here"));
+                : HttpError(404, "no pass counts here"));
   }
   const auto reply = std::make_shared<Reply>(weak_from_this(), connection_id);
   handler_(request, [reply](HttpResponse response) { reply->Send(std::move(response)); });
@@ -434,7 +434,7 @@ void WebServer::Impl::OnClosed(int64_t connection_id) {
 void WebServer::Impl::CheckPasses() {
   const std::map<int64_t, Place> places = places_;  // one that is refused may leave
   for (const auto& [id, place] : places) {
-    if (!place.is_public || place.visitor.name.empty()) continue;
+    if (place.visitor.name.empty()) continue;
     const Status holds = guests_->Check(place.visitor, NowUs() / 1'000'000);
     if (holds.ok()) continue;
     const auto page = pages_.find(id);

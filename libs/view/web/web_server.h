@@ -24,12 +24,13 @@ struct PublicDoor {
   std::optional<WebCertificate> certificate;  // none: in the clear
 };
 
-// The server as visitors from elsewhere have it.
-struct PublicAccess {
-  std::string host;  // by which they know the server
-  std::vector<PublicDoor> doors;
-  SessionTrust trust;    // of the passes
-  IsRevoked is_revoked;  // none: no pass is
+// Passes, which count on this host by the server's own port, too; and doors for who comes from
+// elsewhere.
+struct PassAccess {
+  std::string host;               // by which visitors from elsewhere know the server; "": none come
+  std::vector<PublicDoor> doors;  // none: the own port alone
+  SessionTrust trust;             // of the passes
+  IsRevoked is_revoked;           // none: no pass is
 };
 
 // Bounds of a server's visitors; only tests have narrower ones.
@@ -48,8 +49,8 @@ struct WebServerOptions {
   std::string address = "127.0.0.1";
   int port = 8470;  // 0: a free one
   std::string session_id;
-  std::optional<PublicAccess> access;  // none: there are no visitors
-  int max_connections = 64;            // of HTTP and WebSockets together
+  std::optional<PassAccess> access;  // none: no pass counts
+  int max_connections = 64;          // of HTTP and WebSockets together
   WebBounds bounds;
 
   Status Check() const;

@@ -458,7 +458,7 @@ class WebDoorTest : public WebServerTest {
   WebDoorTest() {
     const auto access = OpenSessionKeys(keys_, "0123", Role::kWeb, "web");
     EXPECT_TRUE(access.ok()) << access.error();
-    PublicAccess& visitors = options_.access.emplace();
+    PassAccess& visitors = options_.access.emplace();
     visitors.host = "127.0.0.1";
     visitors.doors.push_back({"127.0.0.1", 0, std::nullopt});
     visitors.trust = access->trust;
@@ -521,6 +521,31 @@ TEST_F(WebDoorTest, AnOperatorsProgramReadsTheMetrics) {
   EXPECT_EQ(StatusOf(AskDoor("GET /metrics", "")), 401);
   EXPECT_EQ(StatusOf(AskDoor("GET /metrics", CookieOf(Role::kOperator, "olga"))), 200);
   EXPECT_EQ(StatusOf(Ask("GET /metrics")), 200) << "by the own port";
+}
+
+// The door is for others: with a pass the own port does what the door does.
+TEST_F(WebDoorTest, AnOperatorFinishesByTheOwnPort) {
+  options_.access->doors.clear();
+  Start();
+  const std::string pass = *IssueWebPass(keys_, "0123", {Role::kOperator, "anna", 0});
+  const std::string body = json({{"pass", pass}}).dump();
+  const std::string entered =
+      Ask("POST /api/enter", "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body);
+  EXPECT_EQ(StatusOf(entered), 200) << entered;
+  EXPECT_NE(entered.find("Set-Cookie: skein_0123=" + pass), std::string::npos) << entered;
+
+  const auto finish = [this](const std::string& headers) {
+    return StatusOf(Ask("POST /api/finish", headers + "Content-Length: 0\r\n"));
+  };
+  const std::string cookie = "Cookie: skein_0123=" + pass + "\r\n";
+  EXPECT_EQ(finish(""), 403) << "a viewer";
+  EXPECT_EQ(finish(cookie), 200);
+  EXPECT_EQ(finish(cookie + "Origin: http://" + Host() + "\r\n"), 200);
+  EXPECT_EQ(finish(cookie + "Origin: http://evil.example\r\n"), 403);
+  EXPECT_EQ(finish(cookie + "Origin: http://127.0.0.1:1\r\n"), 403);
+  is_anna_revoked_ = true;
+  EXPECT_EQ(finish(cookie), 403) << "revoked";
+  EXPECT_EQ(StatusOf(Ask("GET /api/events", cookie)), 200) << "a viewer again";
 }
 
 // Neither a page that does not answer the goodbye nor a download keeps its TCP connection.
