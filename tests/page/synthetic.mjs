@@ -2,7 +2,7 @@
 // swallows. node synthetic.mjs SERVER.mjs PAGE_DIR [WORDS]: the cases with these words in their names
 import assert from 'node:assert/strict';
 import { spawn } from 'node:child_process';
-import { mkdtempSync, rmSync, writeFileSync } from 'node:fs';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { createInterface } from 'node:readline';
@@ -28,6 +28,13 @@ const twoPoints = (page, { left, right, top, bottom, step } = { left: 150, right
   const isPoint = ({ x, y }) => window.skein.pickAt(x, y)?.chunk;
   return [places.find(isPoint), places.findLast(isPoint)];
 }, { left, right, top, bottom, step });
+
+// Points under a grid of places on the canvas.
+const hitsIn = (page, area) => page.evaluate(({ left, right, top, bottom, step }) => {
+  const hits = [];
+  for (let x = left; x < right; x += step) for (let y = top; y < bottom; y += step) hits.push(window.skein.pickAt(x, y));
+  return hits.filter((hit) => hit?.chunk);
+}, area);
 
 // Of a grid of places on the canvas where the ground is seen the outermost ones: corners of a polygon in their order.
 const groundCorners = (page, { left, right, top, bottom, step }) => page.evaluate((area) => {
@@ -240,6 +247,233 @@ const cases = {
     await page.keyboard.press('p');
     await browser.until('the points are back', (s) => !s.surface.on && s.pointsShown === before.pointsShown && s.surface.pointsShown === 0);
     return server.url;
+  },
+
+  async 'confidence as colour: a switch, a legend, and colours as they were'({ browser, start }) {
+    const server = await start('--at', 'end', '--depth', '100');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1);
+    const mean = async () => {
+      await browser.rest();
+      return (await page.evaluate(() => window.skein.pixels())).mean;
+    };
+    const confidence = page.locator('#settings label', { hasText: 'Confidence' }).locator('input');
+    const legend = page.locator('#legend');
+    assert.equal(await legend.isVisible(), false);
+    const sparse = await mean();
+    await page.locator('#tool_layers').click();
+    await confidence.check();
+    await legend.filter({ hasText: 'Only the surface has it' }).waitFor();
+    const isAlike = (a, b) => far(minus(a, b)) < 1; // but for cameras under the pointer and pictures that load
+    assert.ok(isAlike(await mean(), sparse), 'sparse points have no confidence');
+    await confidence.uncheck();
+    await page.keyboard.press('Escape');
+    await page.evaluate(() => document.activeElement.blur());
+    await page.keyboard.press('p');
+    await browser.until('the surface is there', (s) => s.surface.on && s.surface.points > 100000 && s.surface.loading === 0);
+    const before = await mean();
+    await confidence.check();
+    await legend.filter({ hasText: /uncertain, ±1 % of distance\s*sure/ }).waitFor();
+    const coloured = await mean();
+    assert.ok(coloured[0] - coloured[2] > 10 + before[0] - before[2], `from red to green: ${before} and ${coloured}`);
+    for (const theme of ['light', 'dark']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+    }
+    await browser.rest();
+    await picture(page, 'confidence');
+    await confidence.uncheck();
+    await legend.waitFor({ state: 'hidden' });
+    assert.ok(isAlike(await mean(), before), 'the colours are others than before');
+    return server.url;
+  },
+
+  async 'confidence on a phone: the switch stays above its legend'({ openPhone, start }) {
+    const server = await start('--at', 'end', '--depth', '60');
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1);
+    await page.locator('#tool_surface').tap();
+    await page.locator('#tool_layers').tap();
+    const confidence = page.locator('#settings label', { hasText: 'Confidence' }).locator('input');
+    await confidence.tap();
+    const legend = page.locator('#legend');
+    await legend.waitFor();
+    await confidence.tap(); // nothing lies over it
+    await legend.waitFor({ state: 'hidden' });
+    await confidence.tap();
+    await page.locator('#tool_layers').tap();
+    await browser.until('the surface is there', (s) => s.surface.on && s.surface.pointsShown > 1000 && s.surface.loading === 0);
+    await browser.rest();
+    await picture(page, 'confidence_phone');
+    const place = await legend.boundingBox();
+    assert.ok(place.x >= 0 && place.x + place.width <= 360, JSON.stringify(place));
+    assert.deepEqual(await contrastFaults(page), {});
+    expectClean(browser, server.url);
+    await browser.close();
+  },
+
+  async 'a profile between two points: its chart, what the pointer is on, and its CSV'({ browser, start }) {
+    const server = await start('--at', 'end', '--gps', '--depth', '100');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1);
+    await page.keyboard.press('p');
+    await browser.until('the surface is there', (s) => s.surface.on && s.surface.points > 100000 && s.surface.loading === 0);
+    await browser.rest();
+    const box = await page.locator('#canvas').boundingBox();
+    const [a, , b] = await groundCorners(page, { left: 150, right: box.width - 60, top: 200, bottom: box.height - 60, step: 53 });
+    await page.locator('#tool_measure').click();
+    for (const { x, y } of [a, b]) await page.mouse.click(box.x + x, box.y + y);
+    const button = page.locator('#measure_profile');
+    await button.click();
+    const told = page.locator('#profile_told');
+    await told.filter({ hasText: /\d points in a strip .* c?m wide; heights over the first point, drawn × / }).waitFor();
+    assert.match(await page.locator('.profile_plot').innerHTML(), />Distance, m<.*>Height, m</);
+    const plot = await page.locator('.profile_plot').boundingBox();
+    await page.mouse.move(plot.x + 0.5 * plot.width, plot.y + 0.5 * plot.height);
+    await told.filter({ hasText: /^distance [\d.]+ c?m, (height [+−][\d.]+ (m|cm|mm), \d+ points?|no points)$/ }).waitFor();
+    await picture(page, 'profile');
+    const [saved] = await Promise.all([page.waitForEvent('download'), page.locator('#profile button', { hasText: 'Save as CSV' }).click()]);
+    assert.equal(saved.suggestedFilename(), 'profile.csv');
+    const lines = readFileSync(await saved.path(), 'utf8').trimEnd().split('\r\n');
+    assert.equal(lines[0], 'distance_m,height_m,lowest_m,highest_m,points');
+    const rows = lines.slice(1).map((line) => line.split(',').map(Number));
+    assert.equal(rows.length, 100);
+    // Across a street of 48 m x 15 m: as far as the two points are apart, as seen from above.
+    const metres = parseFloat(await page.locator('.measure_label').innerText());
+    assert.ok(Math.abs((rows[99][0] * 100) / 99.5 - metres) < 0.1 * metres, `${rows[99][0]} of ${metres} m`);
+    const filled = rows.filter((row) => row[4] > 0);
+    assert.ok(filled.length > 30, `${filled.length} cells have points`);
+    for (const [, height, low, high] of filled) assert.ok(low <= height && height <= high && low > -3 && high < 15, `${low} ${height} ${high}`);
+    for (const theme of ['light', 'dark']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+    }
+    // Sparse points are called so; the next measurement closes it.
+    await page.evaluate(() => document.activeElement.blur());
+    await page.keyboard.press('p');
+    await page.mouse.move(box.x + 400, box.y + 20);
+    await told.filter({ hasText: /sparse points? in a strip/ }).waitFor();
+    await button.click();
+    await page.locator('#profile').waitFor({ state: 'hidden' });
+    await button.click();
+    await page.locator('#profile').waitFor();
+    await page.keyboard.press('Escape');
+    await page.locator('#profile').waitFor({ state: 'hidden' });
+    return server.url;
+  },
+
+  async 'a profile on a phone: within the map, and by fingers'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    await page.locator('#tool_measure').tap();
+    await browser.rest();
+    const stage = await page.locator('#stage').boundingBox();
+    const box = await page.locator('#canvas').boundingBox();
+    const points = await twoPoints(page, { left: 20, right: box.width - 20, top: 90, bottom: box.height - 20, step: 11 });
+    for (const { x, y } of points) await page.touchscreen.tap(box.x + x, box.y + y);
+    await page.locator('#measure_profile').tap();
+    await page.locator('.profile_plot').waitFor();
+    const plot = await page.locator('.profile_plot').boundingBox();
+    await page.touchscreen.tap(plot.x + plot.width / 2, plot.y + plot.height / 2);
+    await picture(page, 'profile_phone');
+    const chart = await page.locator('#profile').boundingBox();
+    assert.deepEqual(await page.locator('#stage').boundingBox(), stage, 'the map moves');
+    assert.ok(chart.x >= 0 && chart.x + chart.width <= 360 && chart.y >= stage.y && chart.y + chart.height <= stage.y + stage.height, JSON.stringify(chart));
+    assert.ok(chart.height < 0.5 * stage.height, `of the map ${stage.height - chart.height} px are left`);
+    for (const part of await page.locator('#profile button, #measure_profile').all()) assert.ok((await part.boundingBox()).height >= 40, 'too small for fingers');
+    assert.match(await page.locator('.profile_plot').innerHTML(), />Distance, units</);
+    assert.deepEqual(await contrastFaults(page), {});
+    await page.getByLabel('Close the profile').tap();
+    await page.locator('#profile').waitFor({ state: 'hidden' });
+    expectClean(browser, url);
+    await browser.close();
+  },
+
+  async 'a section hides points outside its box from eyes, clicks and measurements'({ browser, start }) {
+    const server = await start('--at', 'end', '--gps', '--depth', '100');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1);
+    await page.keyboard.press('p');
+    await browser.until('the surface is there', (s) => s.surface.on && s.surface.points > 100000 && s.surface.loading === 0);
+    await browser.rest();
+    const area = { left: 150, right: 640, top: 200, bottom: 600, step: 55 };
+    const all = await hitsIn(page, area);
+    await page.locator('#tool_layers').click();
+    await page.locator('#settings label', { hasText: 'Section' }).locator('input').check();
+    const panel = page.locator('#section');
+    await panel.filter({ hasText: /East.* to .* m\s*North.* m\s*Up.* m/s }).waitFor();
+    assert.equal(await panel.locator('button', { hasText: 'Reset' }).isEnabled(), false);
+    assert.equal((await browser.state()).section, null, 'a section without bounds hides nothing');
+    // Up to a third of the height, by the mouse; from the middle eastwards, by keys.
+    const up = await panel.getByLabel('Up, to').boundingBox();
+    await page.mouse.click(up.x + up.width / 3, up.y + up.height / 2);
+    const east = panel.getByLabel('East, from');
+    await east.focus();
+    for (let i = 0; i < 5; ++i) await page.keyboard.press('PageUp');
+    const { section } = await browser.until('both bounds are set', (s) => s.section?.high[1] < 1e3 && s.section.low[0] > -1e3);
+    await browser.rest();
+    await picture(page, 'section');
+    const inside = await hitsIn(page, area);
+    assert.ok(inside.length > 3 && inside.length < all.length, `${inside.length} of ${all.length}`);
+    for (const { point } of inside) assert.ok(point[1] <= section.high[1] + 1e-6 && point[0] >= section.low[0] - 1e-6, JSON.stringify(point));
+    assert.ok(all.some(({ point }) => point[1] > section.high[1]) && all.some(({ point }) => point[0] < section.low[0]));
+    for (const theme of ['light', 'dark']) {
+      if ((await page.locator('html').getAttribute('data-theme')) !== theme) await page.locator('#theme_button').click();
+      assert.deepEqual(await contrastFaults(page), {}, theme);
+    }
+    // The volume is of the points that are seen.
+    const box = await page.locator('#canvas').boundingBox();
+    const corners = await groundCorners(page, { left: 350, right: 630, top: 300, bottom: box.height - 60, step: 35 });
+    assert.ok(corners.length >= 3, JSON.stringify(corners));
+    await page.locator('#tool_measure').click();
+    await page.locator('#measure_area').click();
+    for (const { x, y } of corners) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('#measure_close').click();
+    const pointsOf = async () => Number(/([\d\u202f]+) points?,? /.exec(await page.locator('.measure_label').innerText())[1].replaceAll('\u202f', ''));
+    await page.locator('.measure_label').filter({ hasText: /points/ }).waitFor();
+    const few = await pointsOf();
+    await panel.locator('button', { hasText: 'Reset' }).click();
+    await browser.until('all is shown', (s) => s.section === null);
+    await page.waitForFunction((n) => Number(/([\d\u202f]+) points?,? /.exec(document.querySelector('.measure_label').innerText)[1].replaceAll('\u202f', '')) > n, few);
+    await page.keyboard.press('Escape');
+    // Its end is the switch's, too.
+    await panel.getByLabel('End the section').click();
+    await panel.waitFor({ state: 'hidden' });
+    await page.locator('#tool_layers').click();
+    assert.equal(await page.locator('#settings label', { hasText: 'Section' }).locator('input').isChecked(), false);
+    return server.url;
+  },
+
+  async 'a section on a phone: by fingers, and nothing is cut off'({ openPhone, url }) {
+    const browser = await openPhone();
+    const { page } = browser;
+    await page.goto(url);
+    await browser.until('the map is there', isShown);
+    await page.locator('#tool_layers').tap();
+    await page.locator('#settings label', { hasText: 'Section' }).locator('input').tap();
+    const slider = page.locator('#section').getByLabel('Up, to');
+    const at = await slider.boundingBox();
+    await page.touchscreen.tap(at.x + at.width / 2, at.y + at.height / 2);
+    await browser.until('it is cut', (s) => s.section?.high[1] < 1e3);
+    await browser.rest();
+    await picture(page, 'section_phone');
+    const stage = await page.locator('#stage').boundingBox();
+    const panel = await page.locator('#section').boundingBox();
+    assert.ok(panel.x >= 0 && panel.x + panel.width <= 360 && panel.y + panel.height <= stage.y + stage.height, JSON.stringify(panel));
+    assert.ok(panel.height < 0.5 * stage.height, `of the map ${stage.height - panel.height} px are left`);
+    for (const part of await page.locator('#section button, #section input').all()) assert.ok((await part.boundingBox()).height >= 40, 'too small for fingers');
+    assert.deepEqual(await contrastFaults(page), {});
+    await page.locator('#section button', { hasText: 'Reset' }).tap();
+    await browser.until('all is shown', (s) => s.section === null);
+    expectClean(browser, url);
+    await browser.close();
   },
 
   async 'without a surface its switch says so'({ browser, start }) {

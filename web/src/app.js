@@ -19,10 +19,12 @@ import { showHelp } from './ui/help.js';
 import { showInvite } from './ui/invite.js';
 import { Inspect } from './ui/inspect.js';
 import { Labels } from './ui/labels.js';
+import { Legend } from './ui/legend.js';
 import { Maps } from './ui/maps.js';
 import { Measure } from './ui/measure.js';
 import { Newest } from './ui/newest.js';
 import { Overview } from './ui/overview.js';
+import { Section } from './ui/section.js';
 import { Settings } from './ui/settings.js';
 import { Tabs } from './ui/tabs.js';
 import { Timebar } from './ui/timebar.js';
@@ -56,6 +58,7 @@ export class App {
     this.maxPoints = isPhone() ? kPhonePoints : kDefaultPoints;
     this.tintMaps = true;
     this.showsStations = true;
+    this.showsConfidence = false;
     this.wantsSurface = storedChoice('points', ['surface']) !== null;
     this.theme = 'dark';
     this.updatedAt = -Infinity;
@@ -161,6 +164,7 @@ export class App {
     this.timeline.reset();
     this.dismissed.open(session);
     this.measure.begin(session);
+    this.section.reset();
     this.dense.reset();
     this.shapes.reset();
     this.world.reset();
@@ -253,6 +257,13 @@ export class App {
     const { viewer, world } = this;
     this.measure = new Measure({ viewer, world, timeline: this.timeline, notice: (text) => this.notice(text), changed: () => this.changed() });
     byId('messages').append(this.measure.form, this.measure.tools, this.measure.done);
+    byId('stage').append(this.measure.chart.element);
+    this.section = new Section({
+      viewer, world, metresPerUnit: () => this.measure.displayMetres(),
+      on: { changed: () => this.changed(), closed: () => this.settings.sectionEnded() },
+    });
+    byId('stage').append(this.section.element);
+    this.legend = new Legend(byId('legend'));
     this.labels = new Labels({ viewer, world, measure: this.measure });
     byId('north').addEventListener('click', () => {
       viewer.controls.moved = true;
@@ -328,6 +339,7 @@ export class App {
     this.updatePanels(view);
     this.labels.update(view, this.hoveredImage);
     this.updateEmpty(view);
+    this.section.update(kGrid[this.theme]);
     this.measure.update(kMark[this.theme]);
   }
 
@@ -337,6 +349,8 @@ export class App {
     const on = has && this.wantsSurface;
     this.world.showSurfaces();
     this.viewer.submaps.showSurfaces(on);
+    this.viewer.showConfidence(this.showsConfidence);
+    this.legend.update({ on: this.showsConfidence, hasColours: on });
     const button = byId('tool_surface');
     const label = has ? kSurfaceLabel : 'No surface yet: skein-dense makes it of photos that are placed';
     button.disabled = !has;
@@ -527,7 +541,7 @@ export class App {
 
   makeTools() {
     const { viewer } = this;
-    const settings = new Settings({
+    this.settings = new Settings({
       pointPx: (px) => viewer.setPointPx(px),
       cameraScale: (scale) => viewer.cameras.setScale(scale),
       show: (what, on) => viewer.show(what, on),
@@ -539,6 +553,11 @@ export class App {
         this.tintMaps = on;
         this.changed();
       },
+      section: (on) => this.section.setActive(on),
+      confidence: (on) => {
+        this.showsConfidence = on;
+        this.changed();
+      },
     });
     const tool = (id, name, label, onclick, pressed) => iconButton(name, label, onclick, { id: `tool_${id}`, 'aria-pressed': pressed });
     byId('tools').append(
@@ -547,7 +566,7 @@ export class App {
       tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!viewer.controls.flying), 'false'),
       tool('measure', 'measure', 'Measure a distance or an area (M)', () => this.measure.setActive(!this.measure.active), 'false'),
       tool('surface', 'surface', kSurfaceLabel, () => this.setSurface(!this.wantsSurface), 'false'),
-      settings.button, settings.element);
+      this.settings.button, this.settings.element);
   }
 
   lookAtNewest() {
@@ -642,6 +661,7 @@ export class App {
         of: [...this.dense.submaps.keys()], on: this.viewer.submaps.showsSurfaces, loading: this.loadingDense ?? 0,
         points: this.viewer.submaps.numSurfacePoints, pointsShown: this.viewer.submaps.numSurfacePointsShown,
       },
+      section: this.viewer.submaps.section,
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,
       stations: (this.stations ?? []).map(({ agent, number, from }) => ({ agent, number, from })),
       newest: this.newest, view: this.viewer.controls.describe(), framesDrawn: this.viewer.framesDrawn, finish: shown.finish,

@@ -15,6 +15,18 @@ export const kPaper = { dark: '#0e1216', light: '#e6eaee' };
 export const kGrid = { dark: '#4a5663', light: '#9aa7b3' };
 export const kMark = { dark: '#ffe066', light: '#b3261e' };
 
+// Of a dense point's confidence, from 0 to 1 in equal steps: red, orange, green, each lighter than the one before, so
+// that they are told apart without colours.
+export const kConfidence = ['#b3261e', '#f0a030', '#7ee787'];
+
+// [r, g, b] of a confidence: linear between the stops.
+export function confidenceColour(confidence) {
+  const at = Math.max(0, Math.min(1, confidence)) * (kConfidence.length - 1);
+  const first = Math.min(Math.floor(at), kConfidence.length - 2);
+  const [low, high] = [rgb(kConfidence[first]), rgb(kConfidence[first + 1])];
+  return low.map((v, k) => v + (at - first) * (high[k] - v));
+}
+
 export function rgb(hex) {
   return [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16) / 255);
 }

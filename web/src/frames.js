@@ -1,14 +1,9 @@
 // Where each submap stands on the screen. Its own frame has any origin, direction and scale; the display's frame has
 // +y up and the same size of a step between photos for each submap. Pure functions.
+import { median } from './median.js';
 import {
   add, apply, compose, distance, dot, eigenSymmetric, fitSimilarity, multiply, rotate, rotationBetween, scaled, subtract, unit,
 } from './similarity.js';
-
-export function median(values) {
-  if (values.length === 0) return 0;
-  const sorted = [...values].sort((a, b) => a - b);
-  return sorted[Math.floor(sorted.length / 2)];
-}
 
 // The direction that is up for who held the cameras. Their x axes are level, as a rule; their centres lie about in a
 // plane; their -y axes point up on average. Minimizes

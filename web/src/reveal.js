@@ -1,6 +1,6 @@
 // When a point came, for the replay. A chunk does not tell; so a point counts as there once two placed cameras have it in
 // view, not farther than what they mostly see. Nothing tells of walls in between: it is an estimate. Pure functions.
-import { median } from './frames.js';
+import { median } from './median.js';
 import { conjugate, rotate } from './similarity.js';
 
 const kFarther = 2.5; // times the median depth of what a camera sees

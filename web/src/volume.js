@@ -1,5 +1,7 @@
 // Area of a polygon on the points of a map, and volume between its points and a base plane: heaps of gravel, earth or wood.
 // Lengths are in the unit of the points' frame. Points are flat arrays, three values a point. Pure functions.
+import { medianOfSorted } from './median.js';
+import { eachInFrame, eachOf, frameOf, inFrame } from './plane_frame.js';
 import { add, cross, distance, dot, scaled, subtract, unit } from './similarity.js';
 
 export const kCellPoints = 8; // in the median of the cells that hold any; fewer points in all give no volume
@@ -21,8 +23,7 @@ export function measureHeap(corners, up, eachPoint) {
   const rough = frameOfCorners(corners, up);
   const outline = rough && outlineIn(rough, corners);
   if (!outline || crossesItself(outline)) return null;
-  const points = pointsOver(rough, boxOf(outline), eachPoint);
-  const seen = inFrame(rough, points);
+  const { points, seen } = pointsOver(rough, boxOf(outline), eachPoint);
   const inside = chosen(seen, (u, v) => isInside(outline, u, v));
   const numPoints = inside.length / 3;
   const tooFew = { area: areaOf(outline), numPoints, why: 'points' };
@@ -37,7 +38,7 @@ export function measureHeap(corners, up, eachPoint) {
   return { ...result, why: null, cell, ...volumes(foot, cell, inFrame(base, points)) };
 }
 
-// ---- frames: {origin, x, y, z}, z the normal of the plane of u and v
+// ---- frames of plane_frame.js
 
 // Normal by Newell's sum. Null where the corners make no area.
 function frameOfCorners(corners, up) {
@@ -49,11 +50,6 @@ function frameOfCorners(corners, up) {
   const [from, to] = edges.reduce((best, edge) => (distance(...edge) > distance(...best) ? edge : best));
   const mean = scaled(corners.reduce(add), 1 / corners.length);
   return frameOf(mean, scaled(unit(twice), dot(twice, up) < 0 ? -1 : 1), subtract(to, from));
-}
-
-function frameOf(origin, z, along) {
-  const x = unit(subtract(along, scaled(z, dot(along, z))));
-  return { origin, x, y: cross(z, x), z };
 }
 
 // h = c + a u + b v with the smallest sum of squares, as a frame.
@@ -74,34 +70,16 @@ function addTo(sums, u, v, h) {
   for (const name in terms) sums[name] += terms[name];
 }
 
-// u, v, h of points.
-function inFrame({ origin, x, y, z }, points) {
-  const found = new Float64Array(points.length);
-  for (let i = 0; i < points.length; i += 3) {
-    const [dx, dy, dz] = [points[i] - origin[0], points[i + 1] - origin[1], points[i + 2] - origin[2]];
-    found[i] = dx * x[0] + dy * x[1] + dz * x[2];
-    found[i + 1] = dx * y[0] + dy * y[1] + dz * y[2];
-    found[i + 2] = dx * z[0] + dy * z[1] + dz * z[2];
-  }
-  return found;
-}
-
-// Points of the map over or under a box of the frame's plane, with a margin.
-function pointsOver({ origin, x, y }, { low, high }, eachPoint) {
+// Points over or under a box of the frame's plane, with a margin: as they are, and seen in the frame.
+function pointsOver(frame, { low, high }, eachPoint) {
   const margin = kMargin * Math.max(high[0] - low[0], high[1] - low[1]);
-  const found = [];
-  eachPoint((px, py, pz) => {
-    const [dx, dy, dz] = [px - origin[0], py - origin[1], pz - origin[2]];
-    const u = dx * x[0] + dy * x[1] + dz * x[2];
-    const v = dx * y[0] + dy * y[1] + dz * y[2];
+  const [points, seen] = [[], []];
+  eachInFrame(frame, eachPoint, (u, v, h, x, y, z) => {
     if (u < low[0] - margin || u > high[0] + margin || v < low[1] - margin || v > high[1] + margin) return;
-    found.push(px, py, pz);
+    points.push(x, y, z);
+    seen.push(u, v, h);
   });
-  return found;
-}
-
-function eachOf(points, visit) {
-  for (let i = 0; i < points.length; i += 3) visit(points[i], points[i + 1], points[i + 2]);
+  return { points, seen };
 }
 
 function chosen(points, isWanted) {
@@ -165,7 +143,7 @@ function cellSide(outline, inside) {
   const least = Math.sqrt(Math.max(area / n, ((box.high[0] - box.low[0]) * (box.high[1] - box.low[1])) / kMaxCells));
   let side = Math.max(least, Math.sqrt((kCellPoints * area) / n));
   for (let round = 0; round < kRounds; ++round) {
-    const held = medianOf(countsIn(gridOver(box, side), inside).filter((count) => count > 0).sort());
+    const held = medianOfSorted(countsIn(gridOver(box, side), inside).filter((count) => count > 0).sort());
     if (Math.abs(held - kCellPoints) <= 1) break;
     side = Math.max(least, side * Math.sqrt(kCellPoints / held));
   }
@@ -191,12 +169,6 @@ function countsIn(grid, points) {
   return counts;
 }
 
-// NaN of none.
-function medianOf(sorted) {
-  const half = sorted.length >> 1;
-  return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
-}
-
 // Of each cell the median height of its points; NaN where it has none.
 function medianHeights(grid, points) {
   const counts = countsIn(grid, points);
@@ -206,7 +178,7 @@ function medianHeights(grid, points) {
   const next = ends.map((e, cell) => e - counts[cell]);
   const heights = new Float64Array(end); // cell by cell
   eachCell(grid, points, (cell, i) => (heights[next[cell]++] = points[i + 2]));
-  return Float64Array.from(counts, (count, cell) => medianOf(heights.subarray(ends[cell] - count, ends[cell]).sort()));
+  return Float64Array.from(counts, (count, cell) => medianOfSorted(heights.subarray(ends[cell] - count, ends[cell]).sort()));
 }
 
 // Of each cell the share that lies inside.

@@ -1,5 +1,6 @@
 // What the page says, in plain words. Pure functions.
 import { bestLink, liveSubmaps, photoName } from './fold.js';
+import { median } from './median.js';
 
 const percent = (share) => `${Math.round(100 * share)} %`;
 const nearer = (other, otherwise) => (other ? `Take another one nearer to where ${other} was taken.` : otherwise);
@@ -249,8 +250,8 @@ function lastPhotoBefore(state, utime) {
 // Median of the seconds between the last twenty placements.
 export function medianGap(latencies) {
   const last = latencies.slice(-21);
-  const gaps = last.slice(1).map((l, i) => (l.t - last[i].t) / 1e6).sort((a, b) => a - b);
-  return gaps.length < 3 ? null : gaps[Math.floor(gaps.length / 2)];
+  const gaps = last.slice(1).map((l, i) => (l.t - last[i].t) / 1e6);
+  return gaps.length < 3 ? null : median(gaps);
 }
 
 export function mergeWords(merge) {

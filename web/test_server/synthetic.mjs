@@ -299,7 +299,7 @@ const kSplat = 0.36; // metres: a point of the world covers as much of a depth m
 const kDepthUs = 1_000_000; // from a photo's place to its depth map
 
 // Points of a photo's depth map, `px` pixels on its longer side, in a random order: [{xyz: in the camera's frame, in a
-// unit of the photo's own, colour, quality}], and the unit in metres.
+// unit of the photo's own, colour, quality: the nearer the surer}], and the unit in metres.
 export function depthPoints(session, photo, px) {
   const f = px / session.width;
   const [width, height] = [px, Math.round(session.height * f)];
@@ -317,13 +317,14 @@ export function depthPoints(session, photo, px) {
     }
   }
   const unit = 1 + 0.5 * (photo.id % 3);
+  const farthest = depth.reduce((far, z) => (z < Infinity ? Math.max(far, z) : far), 0);
   const random = randomOf(photo.id);
   const points = [];
   depth.forEach((z, pixel) => {
     if (z === Infinity) return;
     const [u, v] = [pixel % width, Math.floor(pixel / width)];
     const ray = [(u + 0.5 - width / 2) / focal, (v + 0.5 - height / 2) / focal, 1];
-    points.push({ xyz: sim.scaled(ray, z / unit), colour: session.points[nearest[pixel]].colour, quality: 200, order: random() });
+    points.push({ xyz: sim.scaled(ray, z / unit), colour: session.points[nearest[pixel]].colour, quality: Math.round(255 * (1 - z / farthest)), order: random() });
   });
   return { points: points.sort((a, b) => a.order - b.order), unit, share: points.length / (width * height) };
 }

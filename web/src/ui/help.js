@@ -10,6 +10,7 @@ const kNotes = [
   'Each pyramid is a photo where it was taken; its colour is its agent’s. Maps that do not overlap yet stand side by side, each with a scale of its own, until photos join them.',
   'The surface is made of the photos’ depth maps, while photos come. It needs the process skein-dense. In a replay a photo’s part is there once that photo is placed.',
   'Measuring an area: press Area, pick its corners one after another, then Close or the first corner. Its volume is told above and below a base, the plane that fits the points at its border best. Show the surface first: points alone are sparse.',
+  'Profile, once a distance is measured: heights of the points along that line. The curve is their median, the band goes from the lowest to the highest. A section, among what is shown, hides points outside a box; what it hides is not measured.',
   'In a replay a point appears once two placed cameras have it in view: an estimate, as nothing tells when it came.',
 ];
 

@@ -86,7 +86,7 @@ export class Labels {
     const { camera, controls, size } = this.viewer;
     byId('scale').hidden = !size || this.world.measures.size === 0;
     if (byId('scale').hidden) return;
-    const metres = this.measure.metresPerUnit() ?? this.world.metresPerUnit()?.metres;
+    const metres = this.measure.displayMetres();
     const perPx = ((2 * controls.now.distance * Math.tan((camera.fov * Math.PI) / 360)) / size.height) * (metres ?? 1);
     const power = 10 ** Math.floor(Math.log10(kScalePx * perPx));
     const round = [5, 2, 1].map((f) => f * power).find((v) => v <= kScalePx * perPx) ?? power;

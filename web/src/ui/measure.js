@@ -1,10 +1,12 @@
 // Distance of two points of one map, or area of a polygon on its points and volume over that; a length that somebody knows
-// gives the map its scale.
+// gives the map its scale. Between two points there is a profile.
+import { profileAlong } from '../profile.js';
 import { Scales } from '../scales.js';
 import * as sim from '../similarity.js';
 import { measureHeap } from '../volume.js';
 import { degrees, heapWords, height, length } from '../words.js';
 import { byId, h, setText } from './dom.js';
+import { ProfileChart } from './profile.js';
 
 const kPress = globalThis.matchMedia?.('(pointer: coarse)').matches ? 'Tap' : 'Click';
 const kClosePx = 16; // from the first corner: there a polygon is closed
@@ -15,7 +17,9 @@ export class Measure {
     Object.assign(this, { viewer, world, timeline, notice, changed });
     this.active = false;
     this.isArea = false; // of a polygon, else a distance
-    this.heap = null; // of measureHeap(), while the polygon is closed; {isSparse, changes, at, took} beside it
+    this.heap = null; // of measureHeap(), while the polygon is closed
+    this.profile = null; // of profileAlong(), while its chart is open
+    this.last = null; // {changes, at, took, isSparse}: of the points that one of these was measured on
     this.again = null; // the timer of the next measurement
     this.picked = []; // {submap, own}: in the submap's frame, so that they stay on their map, wherever that goes
     this.scales = new Scales();
@@ -26,7 +30,9 @@ export class Measure {
     this.given = h('div', {}, this.keptNote, h('button', { type: 'button', onclick: () => this.forget() }, 'Forget it'));
     this.done = h('button', { type: 'button', id: 'measure_done', className: 'plain', onclick: () => this.setActive(false) }, 'Done');
     this.makeTools();
-    this.form = h('form', { id: 'known_length', hidden: true, onsubmit: (e) => this.setLength(e) }, this.ask, this.given);
+    this.profileButton = h('button', { type: 'button', id: 'measure_profile', onclick: () => this.toggleProfile() }, 'Profile');
+    this.chart = new ProfileChart({ closed: () => this.toggleProfile() });
+    this.form = h('form', { id: 'known_length', hidden: true, onsubmit: (e) => this.setLength(e) }, this.ask, this.given, this.profileButton);
     addEventListener('storage', (e) => {
       if (this.scales.heard(e.key)) this.scaleChanged();
     });
@@ -88,6 +94,11 @@ export class Measure {
     else this.notice(`${before}${kPress} the next corner${n < 3 ? '' : ', or the first one to close the area'}.`);
   }
 
+  // Of the display, by a known length or GPS; undefined where neither tells.
+  displayMetres() {
+    return this.metresPerUnit() ?? this.world.metresPerUnit()?.metres;
+  }
+
   // Metres per unit of the display by the latest known length of a map that is shown; undefined where there is none.
   metresPerUnit() {
     for (const [submap, metres] of [...this.known].reverse()) {
@@ -110,7 +121,7 @@ export class Measure {
 
   restart() {
     this.picked = [];
-    this.heap = null;
+    this.heap = this.profile = null;
   }
 
   // A point that was picked for a distance is the first corner.
@@ -171,20 +182,38 @@ export class Measure {
   }
 
   measureArea() {
+    const corners = this.picked.map(({ own }) => own);
+    this.heap = this.onPoints((up, eachPoint) => measureHeap(corners, up, eachPoint));
+  }
+
+  toggleProfile() {
+    if (this.profile) this.profile = null;
+    else this.measureProfile();
+    this.changed();
+  }
+
+  measureProfile() {
+    const [a, b] = this.picked;
+    this.profile = this.onPoints((up, eachPoint) => profileAlong(a.own, b.own, up, eachPoint));
+    if (!this.profile) this.notice('No profile: the two points stand over each other. Choose two that are apart as seen from above.');
+  }
+
+  // measure(up, eachPoint) on the visible points of the map of what was picked.
+  onPoints(measure) {
     const { submaps } = this.viewer;
     const [{ submap }] = this.picked;
     const { changes } = submaps;
     const began = performance.now();
-    const corners = this.picked.map(({ own }) => own);
-    const heap = measureHeap(corners, this.upOf(submap), (visit) => submaps.eachPoint(submap, visit));
+    const result = measure(this.upOf(submap), (visit) => submaps.eachPoint(submap, visit));
     const at = performance.now();
-    this.heap = heap && { ...heap, isSparse: !submaps.showsSurface(submap), changes, at, took: at - began };
+    this.last = { changes, at, took: at - began, isSparse: !submaps.showsSurface(submap) };
+    return result;
   }
 
-  // The map goes on growing while its area is shown.
+  // The map goes on growing while its area or profile is shown.
   measureAgain() {
-    if (!this.heap || this.heap.changes === this.viewer.submaps.changes) return;
-    const wait = this.heap.at + Math.max(kAgainMs, 10 * this.heap.took) - performance.now();
+    if (!(this.heap || this.profile) || this.last.changes === this.viewer.submaps.changes) return;
+    const wait = this.last.at + Math.max(kAgainMs, 10 * this.last.took) - performance.now();
     if (wait > 0) {
       this.again ??= setTimeout(() => {
         this.again = null;
@@ -192,7 +221,8 @@ export class Measure {
       }, wait);
       return;
     }
-    this.closeArea();
+    if (this.heap) this.closeArea();
+    else this.measureProfile();
   }
 
   // Where GPS tells.
@@ -218,7 +248,7 @@ export class Measure {
   // Of a whole measurement, line by line.
   words() {
     const scale = this.scaleOf(this.picked[0].submap);
-    return this.isArea ? heapWords(this.heap, scale, this.heap.isSparse) : this.distanceWords(scale);
+    return this.isArea ? heapWords(this.heap, scale, this.last.isSparse) : this.distanceWords(scale);
   }
 
   distanceWords({ factor, inMetres, source }) {
@@ -253,6 +283,8 @@ export class Measure {
     this.ask.hidden = !this.given.hidden;
     setText(this.keptNote, this.scales.kept ? 'This browser keeps the scale for this session.' : 'The scale lasts until the page is left: the browser keeps nothing.');
     this.measureAgain();
+    this.profileButton.setAttribute('aria-pressed', String(this.profile !== null));
+    this.chart.update(this.profile, this.profile && this.scaleOf(this.picked[0].submap), this.last?.isSparse);
     this.viewer.setMeasure(points ?? [], colour, this.heap !== null);
   }
 

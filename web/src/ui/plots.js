@@ -1,4 +1,5 @@
 // Small plots as SVG: as many points as there are pixels, one axis label each way.
+import { median } from '../median.js';
 import { setText, svg } from './dom.js';
 
 const kWidth = 300;
@@ -54,8 +55,5 @@ function thinned(series) {
 
 // Median of each value with those around it.
 export function runningMedian(series, reach) {
-  return series.map((p, i) => {
-    const near = series.slice(Math.max(0, i - reach), i + reach + 1).map((o) => o.y).sort((a, b) => a - b);
-    return { x: p.x, y: near[Math.floor(near.length / 2)] };
-  });
+  return series.map((p, i) => ({ x: p.x, y: median(series.slice(Math.max(0, i - reach), i + reach + 1).map((o) => o.y)) }));
 }

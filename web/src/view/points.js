@@ -1,8 +1,21 @@
 // The points of one chunk each, as GPU buffers that are replaced in place, and how they are drawn.
 import { BufferAttribute, BufferGeometry, Color, Matrix4, NoBlending, Points, Quaternion, ShaderMaterial, Sphere, Vector3 } from 'three';
 import { pointOf, prefixOf } from '../chunk.js';
+import { kConfidence, rgb } from '../colours.js';
 import { chunkPlace, discSize } from '../dense.js';
 import * as sim from '../similarity.js';
+
+// Points above the rank and outside of the section are moved out of the picture.
+const kPlaced = /* glsl */ `
+  attribute float rank; // 0 where it was not computed
+  uniform float uRank;
+  uniform vec3 uLow, uHigh; // of the section, in the display's frame
+  vec4 placed(vec4 seen) {
+    vec3 at = (modelMatrix * vec4(position, 1.0)).xyz;
+    bool isCut = any(lessThan(at, uLow)) || any(greaterThan(at, uHigh));
+    return rank > uRank || isCut ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
+  }
+`;
 
 // Points of a depth map are as large as the surface between them, by their depth in their photo, so that it looks closed.
 // All others are as large at the same distance. Some GPUs draw no point above 64 px.
@@ -22,21 +35,29 @@ const kSize = /* glsl */ `
 `;
 
 const kVertex = /* glsl */ `
+  ${kPlaced}
   ${kSize}
-  attribute vec4 colour; // quality in w
-  attribute float rank;  // 0 where it was not computed
-  uniform float uRank;
+  attribute vec4 colour; // quality in w: of a dense point its confidence
   uniform vec3 uTint;
   uniform float uTintShare;
   uniform vec3 uPaper;
   uniform float uFaded;
+  uniform bool uShowsConfidence;
+  uniform vec3 uConfidence[${kConfidence.length}]; // as confidenceColour() has it
   varying vec3 vColour;
+  vec3 confidenceColour(float confidence) {
+    float at = confidence * ${kConfidence.length - 1}.0;
+    vec3 mixed = uConfidence[0];
+    for (int i = 1; i < ${kConfidence.length}; ++i) mixed = mix(mixed, uConfidence[i], clamp(at - float(i - 1), 0.0, 1.0));
+    return mixed;
+  }
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
-    gl_Position = rank > uRank ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
+    gl_Position = placed(seen);
     gl_PointSize = sizeOf(position, -seen.z);
     float grey = dot(colour.rgb, vec3(0.299, 0.587, 0.114));
     vec3 tinted = mix(colour.rgb, uTint * (0.35 + 0.9 * grey), uTintShare);
+    if (uShowsConfidence && uDisc > 0.0) tinted = confidenceColour(colour.w);
     vColour = mix(tinted, uPaper, uFaded);
   }
 `;
@@ -51,13 +72,13 @@ const kFragment = /* glsl */ `
 `;
 
 const kPickVertex = /* glsl */ `
+  ${kPlaced}
   ${kSize}
-  attribute float rank;
-  uniform float uBase, uRank;
+  uniform float uBase;
   varying vec4 vId;
   void main() {
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
-    gl_Position = rank > uRank ? vec4(2.0, 2.0, 2.0, 1.0) : projectionMatrix * seen;
+    gl_Position = placed(seen);
     gl_PointSize = max(sizeOf(position, -seen.z), 3.0);
     uint id = uint(uBase) + uint(gl_VertexID);
     vId = vec4(float(id & 255u), float((id >> 8) & 255u), float((id >> 16) & 255u), float((id >> 24) & 255u)) / 255.0;
@@ -74,13 +95,23 @@ const kPickFragment = /* glsl */ `
 `;
 
 export const kAll = 1e6; // a rank above all
+const kFar = 1e30; // a bound beyond all points: shaders need no infinity
 
 // What all points share.
 export function pointUniforms() {
   return {
     uPixels: { value: 3 }, uReference: { value: 10 }, uSmallest: { value: 1 }, uHalfHeight: { value: 1 },
     uPaper: { value: new Color() }, uFaded: { value: 0 },
+    uLow: { value: new Vector3(-kFar, -kFar, -kFar) }, uHigh: { value: new Vector3(kFar, kFar, kFar) },
+    uShowsConfidence: { value: false }, uConfidence: { value: kConfidence.map((hex) => new Vector3(...rgb(hex))) },
   };
+}
+
+// box: {low, high}; null: all points are shown.
+export function setSection({ uLow, uHigh }, box) {
+  const finite = (v) => Math.max(-kFar, Math.min(kFar, v));
+  uLow.value.fromArray(box ? box.low.map(finite) : [-kFar, -kFar, -kFar]);
+  uHigh.value.fromArray(box ? box.high.map(finite) : [kFar, kFar, kFar]);
 }
 
 const ownUniforms = () => ({ uDisc: { value: 0 }, uOriginDepth: { value: 0 }, uRank: { value: kAll } });

@@ -2,8 +2,9 @@
 // well, each at the place of its photo; where it is shown, the submap's other points are not.
 import { Color, Group } from 'three';
 import { pointOf, shareWithin } from '../chunk.js';
+import { visitInside } from '../section.js';
 import * as sim from '../similarity.js';
-import { ChunkPoints, kAll, matrixOf, pointMaterial, tintUniforms } from './points.js';
+import { ChunkPoints, kAll, matrixOf, pointMaterial, setSection, tintUniforms } from './points.js';
 
 const kMoveS = 1.4; // of a submap that changes its place
 
@@ -13,6 +14,7 @@ export class Submaps {
     Object.assign(this, { scene, shared, on, reducedMotion });
     this.all = new Map(); // id -> {group, material, tint, rank, chunks: Map, surface: Map, photos: Map, place, move, goal}
     this.visible = true;
+    this.section = null; // {low, high} of the display's frame: points outside are hidden
     this.showsSurfaces = false;
     this.budget = 2_000_000;
     this.changes = 0; // of points and of their places in their submaps
@@ -128,6 +130,14 @@ export class Submaps {
 
   showsSurface(id) {
     return this.showsSurfaces && this.all.get(id)?.surface.size > 0;
+  }
+
+  // null: none.
+  setSection(box) {
+    if (JSON.stringify(box) === JSON.stringify(this.section)) return;
+    this.section = box;
+    setSection(this.shared, box);
+    this.changed();
   }
 
   setBudget(points) {
@@ -259,10 +269,12 @@ export class Submaps {
     group.matrixWorldNeedsUpdate = true;
   }
 
-  // visit(x, y, z) of a submap's surface or points, those of the two that are shown, in its frame: all that were loaded.
+  // visit(x, y, z) of a submap's surface or points, those of the two that are shown, in its frame: all that were loaded and
+  // that the section shows.
   eachPoint(id, visit) {
-    const { chunks, surface } = this.all.get(id) ?? { chunks: new Map(), surface: new Map() };
-    for (const points of [...chunks.values(), ...surface.values()]) if (points.visible) points.each(visit);
+    const { chunks, surface, place } = this.all.get(id) ?? { chunks: new Map(), surface: new Map() };
+    const visitor = this.section && place ? visitInside(this.section, place, visit) : visit;
+    for (const points of [...chunks.values(), ...surface.values()]) if (points.visible) points.each(visitor);
   }
 
   // Up to n points of a submap, in its frame.

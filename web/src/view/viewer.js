@@ -1,5 +1,6 @@
 // The scene: submaps with their points, cameras, lines and marks; drawn only when something changed.
 import { Color, PerspectiveCamera, Scene, Vector3, WebGLRenderer } from 'three';
+import { boxEdges } from '../section.js';
 import * as sim from '../similarity.js';
 import { Cameras } from './cameras.js';
 import { axesOf, Controls } from './controls.js';
@@ -32,9 +33,11 @@ export class Viewer {
     this.measure.renderOrder = 5;
     this.grid = new Segments({ width: 1 });
     this.grid.renderOrder = -1;
-    this.scene.add(this.grid, this.measure);
+    this.section = new Segments({ width: 1.5 });
+    this.scene.add(this.grid, this.measure, this.section);
     const { renderer, scene, camera, shared, submaps } = this;
     this.picker = renderer && new Picker({ renderer, scene, camera, shared, submaps, frusta: this.cameras.frusta });
+    this.sectionKey = null;
     this.pointPx = 0; // 0: by how many there are
     this.framesDrawn = 0;
     canvas.addEventListener('webglcontextlost', (e) => e.preventDefault());
@@ -55,7 +58,7 @@ export class Viewer {
     this.renderer?.setSize(width, height, false);
     this.camera.aspect = width / height;
     this.size = { width, height, ratio };
-    for (const lines of [this.cameras, this.measure, this.grid]) lines.resize(width, height, ratio);
+    for (const lines of [this.cameras, this.measure, this.grid, this.section]) lines.resize(width, height, ratio);
     this.on.resized();
     this.draw();
   }
@@ -126,6 +129,13 @@ export class Viewer {
     this.draw();
   }
 
+  // Dense points in the colour of their confidence.
+  showConfidence(on) {
+    if (on === this.shared.uShowsConfidence.value) return;
+    this.shared.uShowsConfidence.value = on;
+    this.draw();
+  }
+
   setPointPx(px) {
     this.pointPx = px;
     this.draw();
@@ -158,6 +168,17 @@ export class Viewer {
     if (key === this.measureKey) return;
     this.measureKey = key;
     this.measure.set(segments);
+    this.draw();
+  }
+
+  // box: of the section, null: none; outline: the box that is drawn.
+  setSection(box, outline = box, colour = '#888') {
+    this.submaps.setSection(box);
+    const key = box && JSON.stringify([outline, colour]);
+    if (key === this.sectionKey) return;
+    this.sectionKey = key;
+    const rgba = [...new Color(colour).convertLinearToSRGB().toArray(), 0.8];
+    this.section.set(box ? boxEdges(outline).map(([from, to]) => ({ from, to, colour: rgba })) : []);
     this.draw();
   }
 
@@ -268,7 +289,7 @@ export class Viewer {
     }, 60);
   }
 
-  // For tests: how many different colours a coarse sample of the picture has, and the share that is not paper.
+  // For tests: how many different colours a coarse sample of the picture has, their mean, and the share that is not paper.
   samplePixels() {
     this.renderer.render(this.scene, this.camera);
     const gl = this.renderer.getContext();
@@ -276,13 +297,15 @@ export class Viewer {
     const bytes = new Uint8Array(4 * w * h);
     gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, bytes);
     const colours = new Map();
+    const sums = [0, 0, 0];
     let n = 0;
     for (let at = 0; at < bytes.length; at += 4 * 7) {
       const key = (bytes[at] << 16) | (bytes[at + 1] << 8) | bytes[at + 2];
       colours.set(key, (colours.get(key) ?? 0) + 1);
+      sums.forEach((_, k) => (sums[k] += bytes[at + k]));
       n++;
     }
-    return { colours: colours.size, painted: 1 - Math.max(...colours.values()) / n };
+    return { colours: colours.size, mean: sums.map((sum) => sum / n), painted: 1 - Math.max(...colours.values()) / n };
   }
 }
 
