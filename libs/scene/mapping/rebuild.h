@@ -10,8 +10,8 @@ namespace skein {
 // A submap of the same photos and matches, mapped again: all photos with verified pairs at once
 // (global_map.h), then one by one those that could not be placed so. Photos that are not registered
 // and match a visually similar place are left out, and those that other submaps hold, unless
-// `takes_held`. Where photos are still to come, `is_growing`, those stay out that lack the support
-// which a growing map asks for (supported_photos.h). `first` stays the first photo of the new
+// `takes_held`. A photo without the support that a growing map asks for stays out if photos are
+// still to come, `is_growing` (supported_photos.h). `first` stays the first photo of the new
 // submap if it is registered there. Null if no map comes of it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing);
