@@ -44,7 +44,7 @@
 #   --hang-after S  kill and restart a process whose event loop shows no sign of life for S seconds
 #                   (default 10; 0: never, for a debugger)
 #   --build DIR     build folder (default: build/release)
-#   --ready-file F  written when every service is ready
+#   --ready-file F  emptied at the start, written when every service is ready
 #   --verbose       services log more
 #
 # Logs are in DIR/log/INSTANCE.log, process ids in DIR/run/INSTANCE.pid. A process touches
@@ -166,17 +166,19 @@ remove_instance() {
   unset "command_of[$1]"
 }
 
-# On a joining host the names of workers have the invitation's or the host's in front. The link goes by
-# a file: who lists processes does not see it.
+# On a joining host the names of workers have the invitation's or the host's in front, and a number by chance: containers
+# share an invitation, each has a process 1, and some have their host's name. The link goes by a file: who lists processes does
+# not see it.
 # The shell works out what stands in the index of an array, and instances are indices: a name is checked here.
 prefix='' where=(--session "$session")
+printf -v number %08x "$SRANDOM"
 if [[ $join =~ ^skein://([]A-Za-z0-9.:%_[-]+)/(tcpqs?|udpm)(-([0-9]{1,3}))?/[0-9a-f]+/[a-z]+/([A-Za-z0-9_-]+)/[A-Za-z0-9_-]+$ ]]; then
-  prefix=${BASH_REMATCH[5]}.$$- where=(--invite "@$session/run/invitation")
+  prefix=${BASH_REMATCH[5]}.$number- where=(--invite "@$session/run/invitation")
   url=${url:-${BASH_REMATCH[2]}://${BASH_REMATCH[1]}${BASH_REMATCH[4]:+?ttl=${BASH_REMATCH[4]}}}
 elif [[ $join == skein://* ]]; then
   usage_error "--join: the invitation is cut or damaged; give the whole link"
 elif [[ -n $join ]]; then
-  prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$$- where=(--session-id "$join")
+  prefix=$(hostname | tr -c 'A-Za-z0-9\n' '-')-$number- where=(--session-id "$join")
 fi
 [[ -z $join ]] || web_port=0
 url=${url:-${LCM_DEFAULT_URL:-udpm://239.255.76.67:7667?ttl=0}}
@@ -203,8 +205,14 @@ add_workers() {
 
 source "$SKEIN_ROOT/scripts/mapper_pool.sh"
 
+# is_local_host HOST: an address of this host, or a name that leads to one
 is_local_host() {
-  [[ $1 =~ ^(127\..*|localhost|0\.0\.0\.0|)$ ]] || ip -o addr show 2>/dev/null | grep -F " $1/" >/dev/null
+  local address own
+  own=$(ip -o addr show 2>/dev/null) || true
+  for address in "$1" $(getent ahosts "$1" | cut -d' ' -f1); do
+    [[ ! $address =~ ^(127\..*|localhost|0\.0\.0\.0|)$ && $own != *" $address/"* ]] || return 0
+  done
+  return 1
 }
 port_is_open() { timeout 2 bash -c 'exec 3<>"/dev/tcp/$1/$2"' - "$1" "$2" 2>/dev/null; }
 
@@ -263,8 +271,11 @@ add_web() {
   done
   ((web_port == wanted)) || say "port $wanted is taken: the live view is on $web_port"
   [[ -n $web_host ]] || { add_service web web --port "$web_port"; return; }
+  # By a name skein-web listens on every address; the name may lead to a balancer that takes connections itself.
+  local listens=127.0.0.1
+  [[ ! $web_host =~ ^[0-9.]+$|: ]] || listens=$web_host
   wanted=$web_public_port
-  while ((web_public_port == web_port || web_public_port == web_plain_port)) || port_is_open "$web_host" "$web_public_port"; do
+  while ((web_public_port == web_port || web_public_port == web_plain_port)) || port_is_open "$listens" "$web_public_port"; do
     ((++web_public_port < 65536)) || die "--web-public-port $wanted: no port from there on is free"
   done
   local shown=$web_host
@@ -500,8 +511,9 @@ say_operator() {
 
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another skein launch runs on $session"
+[[ -z $ready_file ]] || : >"$ready_file"
 rm -f "$session/run/web_public" # of an earlier launch, or of who sent the folder
-note_launched --lcm-url "$url"
+[[ -n $join ]] || note_launched --lcm-url "$url" # the folder of workers is no session
 [[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0

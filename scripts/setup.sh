@@ -22,7 +22,7 @@ build_packages=(
   libhnswlib-dev libsqlite3-dev libssl-dev libexif-dev libexpat1-dev libgoogle-glog-dev
   libboost-filesystem-dev libboost-system-dev libarchive-dev libcli11-dev libspdlog-dev nlohmann-json3-dev libsodium-dev libseccomp-dev
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)
-test_packages=(curl unzip zbar-tools clang clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth python3-nacl)
+test_packages=(curl unzip zbar-tools clang clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth python3-nacl python3-yaml)
 
 # What a release calls otherwise: its name, COLMAP's version, packages of the tests.
 release=$(. /etc/os-release && echo "$ID${VERSION_ID:-}")

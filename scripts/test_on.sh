@@ -12,6 +12,7 @@
 #
 # Exit codes: 0 passed, 1 failed, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
+source "$SKEIN_ROOT/scripts/bare_root.sh"
 
 arguments=("$@")
 release='' root='' mirror='' keep=0 commands=()
@@ -46,10 +47,6 @@ timed() {
   "$@" || die "failed on $release: $what"
   table+=("$(printf '%-36s %6d s' "$what" $((SECONDS - begin)))")
 }
-inside() {
-  chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive \
-    ${NODE_EXTRA_CA_CERTS:+NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt} "$@"
-}
 
 # Certificate authorities that this host's administrator added, as of a proxy.
 trust_authorities() {
@@ -59,12 +56,8 @@ trust_authorities() {
 
 # A clone wants git and, over https, the certificates: README takes them for granted. No service is started.
 prepare_root() {
-  mount -t proc proc "$root/proc"
-  mount --rbind /dev "$root/dev"
+  open_root
   mount --rbind /sys "$root/sys"
-  cp /etc/resolv.conf "$root/etc/"
-  printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d"
-  chmod +x "$root/usr/sbin/policy-rc.d"
   inside apt-get update -q
   inside apt-get install -y -q --no-install-recommends git ca-certificates
   trust_authorities
@@ -83,7 +76,8 @@ found=$(. "$root/etc/os-release" && echo "${VERSION_CODENAME:-}") || die "no roo
 timed "git and a clone" prepare_root
 for command in "${commands[@]}"; do
   read -ra words <<<"$command"
-  timed "scripts/$command" inside "/root/skein/scripts/${words[0]}" "${words[@]:1}"
+  timed "scripts/$command" inside ${NODE_EXTRA_CA_CERTS:+env NODE_EXTRA_CA_CERTS=/etc/ssl/certs/ca-certificates.crt} \
+    "/root/skein/scripts/${words[0]}" "${words[@]:1}"
 done
 
 printf '%s\n' "${table[@]}"

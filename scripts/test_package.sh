@@ -10,6 +10,7 @@
 #
 # Exit codes: 0 passed, 1 failed, 2 bad usage.
 source "$(dirname "$0")/lib.sh"
+source "$SKEIN_ROOT/scripts/bare_root.sh"
 
 package='' root='' keep=0
 while (($#)); do
@@ -43,7 +44,6 @@ timed() {
   "$@" >"$log" 2>&1 || { tail -n 30 "$log" >&2; die "failed: $what"; }
   table+=("$(printf '%-52s %7.1f s' "$what" "$(((${EPOCHREALTIME/./} - begin) / 100000))e-1")")
 }
-inside() { chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive "$@"; }
 # Loopback with multicast alone, as on a laptop without a network.
 offline() {
   unshare --net bash -c 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo src 127.0.0.1; exec "$@"' - \
@@ -57,11 +57,7 @@ if [[ -z $root ]]; then
   root=$work/root
   timed "debootstrap of $codename" debootstrap --variant=minbase "$codename" "$root" "$mirror"
 fi
-mount -t proc proc "$root/proc"
-mount --rbind /dev "$root/dev"
-cp /etc/resolv.conf "$root/etc/"
-printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d"
-chmod +x "$root/usr/sbin/policy-rc.d"
+open_root
 
 # The same files as an older version.
 cp "$package" "$root/root/newer.deb"

@@ -273,5 +273,6 @@ wait_until 20 "it says what it waits for" grep -q "waiting for the relay on 127.
 none_runs || fail "started before there is a relay"
 "$relay" "$port" $((port + 1)) >/dev/null 2>&1 &
 wait_until 20 "the workers join" test -s "$workspace/joined"
+[[ ! -e $workspace/joins/run/lcm_url ]] || fail "a folder of workers is noted as a session"
 stop_services
 wait_until 10 "all stop" none_runs

@@ -45,6 +45,9 @@ expect_expressions() {
   echo "prometheus answered $num expressions of the dashboard"
 }
 
+# Of packaging/kubernetes/adapter.yaml, as prometheus-adapter would send it.
+autoscaler_expression() { sed -e '1,/metricsQuery:/d' -e 's/<<.LabelMatchers>>/job="skein"/' "$SKEIN_ROOT/packaging/kubernetes/adapter.yaml"; }
+
 start_services "$session" "$url" --web 8610 >"$workspace/launch.out"
 wait_until 30 "metrics are told" is_told skein_photos_accepted_total 0
 refused 403 -H 'Host: evil.example' http://127.0.0.1:8610/metrics
@@ -116,5 +119,6 @@ if [[ -n $has_prometheus ]]; then
     expect "$metric began anew" "$(ask "resets($metric[1h])")" 0
   done
   expect_expressions
+  expect "the autoscaler's seconds of work" "$(ask "$(autoscaler_expression)")" 0
 fi
 echo "$(grep -c '^# TYPE' "$workspace/metrics") metrics, $(wc -l <"$workspace/metrics") lines, $(wc -c <"$workspace/metrics") bytes"

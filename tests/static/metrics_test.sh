@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The metrics that skein-web exports (libs/view/web/metrics.cc) are those that docs/metrics.md lists, with their types. The dashboard
-# asks for these alone, by labels that they have.
+# and the rule of the cluster's autoscaler ask for these alone, by labels that they have.
 source "$(dirname "$0")/../harness.sh"
 python3 - "$SKEIN_ROOT" <<'PY' || fail "mend the names above"
 import json, re, sys
@@ -43,6 +43,10 @@ for panel in dashboard['panels']:
         num += 1
 for variable in dashboard['templating']['list']:
     if variable['type'] == 'query': check('grafana.json, variables', variable['query']['query'])
+rule = re.search(r'metricsQuery: >-\n((?: {6}.*\n)+)', open(root + 'packaging/kubernetes/adapter.yaml').read())[1]
+for line in rule.splitlines():
+    check('adapter.yaml', line)
+    num += 1
 print(*errors, sep='\n')
 print(f'{len(exported)} metrics, {num} expressions')
 sys.exit(1 if errors or not exported or not num else 0)
