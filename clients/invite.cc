@@ -107,7 +107,7 @@ Invited InvitedBy(const InviteOptions& options) {
   return {*session, *RoleFromName(options.role), NameOf(options), ExpiryOf(options.expires)};
 }
 
-// Where the session lets browsers of that role in.
+// Addresses at which the session lets browsers of that role in.
 std::vector<std::string> AddressesFor(const InviteOptions& options) {
   if (options.role == "worker") return {};
   if (!options.view.empty()) return {OwnViewOf(options.view)};

@@ -11,11 +11,11 @@ add_custom_target(product)
 add_custom_target(reconstruction)
 set(SKEIN_BENCHMARK_DIR ${CMAKE_SOURCE_DIR}/benchmark)
 set(SKEIN_FLOORS base net scene images dense state view)
+list(TRANSFORM SKEIN_FLOORS PREPEND ${CMAKE_SOURCE_DIR}/libs/ OUTPUT_VARIABLE SKEIN_FLOOR_DIRS)
 
 function(skein_configure target)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Werror)
-  list(TRANSFORM SKEIN_FLOORS PREPEND ${CMAKE_SOURCE_DIR}/libs/ OUTPUT_VARIABLE floors)
-  target_include_directories(${target} PUBLIC ${floors} ${CMAKE_SOURCE_DIR}/libs ${CMAKE_SOURCE_DIR}/services
+  target_include_directories(${target} PUBLIC ${SKEIN_FLOOR_DIRS} ${CMAKE_SOURCE_DIR}/libs ${CMAKE_SOURCE_DIR}/services
     ${CMAKE_SOURCE_DIR})
   if(SKEIN_SANITIZE)
     target_compile_options(${target} PRIVATE -fsanitize=${SKEIN_SANITIZE} -fno-omit-frame-pointer

@@ -30,7 +30,7 @@ namespace skein {
 namespace {
 
 constexpr char kSource[] = "source";
-// Of a worker. One alone would wait while its blob is hashed.
+// A worker fetches so many blobs at once: with one alone it would wait while the blob is hashed.
 constexpr int kFetchesAtOnce = 2;
 
 BlobPtr RandomBlob(int seed, size_t num_bytes) {

@@ -172,7 +172,13 @@ void WorkerPool::OnCancelled(const std::vector<std::string>& names, const Status
     Life& life = found->second;
     life.cancel_again_s = status.ok() ? -1 : now_s + DelayS(life.num_uncancelled++);
   }
-  Count(now_s);
+}
+
+std::string WorkerPool::uncancelled() const {
+  const bool waits = std::any_of(lives_.begin(), lives_.end(), [](const auto& entry) {
+    return entry.second.cancel_again_s >= 0;
+  });
+  return waits ? cancel_refusal_ : "";
 }
 
 void WorkerPool::NoteUnheard(double now_s) {
@@ -184,11 +190,9 @@ void WorkerPool::NoteFailure(double now_s) { not_before_s_ = now_s + DelayS(num_
 
 void WorkerPool::Count(double now_s) {
   num_running_ = num_waiting_ = 0;
-  uncancelled_.clear();
   bool is_heard = false;
   const Life* oldest = nullptr;
   for (const auto& [name, life] : lives_) {
-    if (life.cancel_again_s >= 0) uncancelled_ = cancel_refusal_;
     if (life.is_leaving) continue;
     ++(life.is_running ? num_running_ : num_waiting_);
     is_heard = is_heard || life.heard_s >= 0;

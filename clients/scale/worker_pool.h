@@ -69,7 +69,7 @@ class WorkerPool {
   // Trouble that a person has to mend, "" if there is none.
   const std::string& problem() const { return problem_; }
   // Reason of the engine's last refusal to cancel; "" if no worker waits to be cancelled again.
-  const std::string& uncancelled() const { return uncancelled_; }
+  std::string uncancelled() const;
 
  private:
   struct Life {
@@ -107,7 +107,6 @@ class WorkerPool {
   std::string refusal_;  // of the last submission
   std::string problem_;
   std::string cancel_refusal_;  // the last one
-  std::string uncancelled_;
 };
 
 }  // namespace skein

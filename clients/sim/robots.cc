@@ -18,7 +18,7 @@ constexpr double kSameM = 0.3, kSameRad = 0.15;
 CameraPose ToCameraPose(const Pose& pose) { return {pose.cam_from_world, pose.Translation()}; }
 Pose ToPose(const CameraPose& pose) { return {pose.rotation, pose.Centre()}; }
 
-// Of a registration_t or a station_t.
+// `message`: a registration_t or a station_t.
 template <class Message>
 CameraPose PoseOf(const Message& message) {
   const auto* q = message.cam_from_world_qwxyz;

@@ -20,7 +20,7 @@ constexpr double kRequestPeriodS = 0.5;  // of an unanswered request for shared 
 constexpr double kRequestTimeoutS = 20;  // then the attempt is given up, and made again
 constexpr double kIdleMapperS = 3;       // a mapper that asked for work within this is idle
 constexpr double kHoldAfterRefusalS = 1;
-// Of a finish, for a mapper that could take a seed. A mapper offers to share within 8 s
+// A finish waits so long for a mapper that could take a seed. A mapper offers to share within 8 s
 // (mapper/submap_sharing.h), and a pool starts one within as long.
 constexpr double kWaitForMapperS = 15;
 

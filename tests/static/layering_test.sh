@@ -12,7 +12,8 @@ for line in open(os.path.join(root, 'tests/static/layers.txt')):
     folder, _, uses = line.partition(':')
     allowed[folder] = set(uses.split())
 
-FLOORS = ['base', 'net', 'scene', 'images', 'dense', 'state', 'view']  # each uses itself and those before it
+# Each uses itself and those before it.
+FLOORS = re.search(r'set\(SKEIN_FLOORS ([a-z ]+)\)', open(os.path.join(root, 'cmake/SkeinTargets.cmake')).read())[1].split()
 def room(path):
     parts = path.split('/')
     depth = 2 if parts[0] == 'services' or parts[:2] == ['libs', 'testing'] else 3 if parts[0] == 'libs' else 1

@@ -12,18 +12,19 @@ void Check(int result) {
   if (result != 1) throw std::runtime_error("OpenSSL: SHA-256 failed");
 }
 
-std::string ToHex(const unsigned char* digest, size_t size) {
+}  // namespace
+
+std::string ToHex(const void* data, size_t size) {
   static constexpr char kDigits[] = "0123456789abcdef";
+  const auto* const bytes = static_cast<const unsigned char*>(data);
   std::string text;
   text.reserve(2 * size);
   for (size_t i = 0; i < size; ++i) {
-    text += kDigits[digest[i] >> 4];
-    text += kDigits[digest[i] & 15];
+    text += kDigits[bytes[i] >> 4];
+    text += kDigits[bytes[i] & 15];
   }
   return text;
 }
-
-}  // namespace
 
 struct Hasher::Context {
   Context() : evp(EVP_MD_CTX_new()) { Check(EVP_DigestInit_ex(evp, EVP_sha256(), nullptr)); }

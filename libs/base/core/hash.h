@@ -1,4 +1,4 @@
-// SHA-256: the names of blobs.
+// SHA-256: the names of blobs; hexadecimal digits.
 #pragma once
 
 #include <cstddef>
@@ -7,6 +7,9 @@
 #include <string_view>
 
 namespace skein {
+
+// Two lower-case hexadecimal digits a byte.
+std::string ToHex(const void* data, size_t size);
 
 // SHA-256 as 64 lower-case hexadecimal digits.
 std::string HashBytes(const void* data, size_t size);

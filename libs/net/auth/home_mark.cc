@@ -15,6 +15,7 @@
 #include "core/file.h"
 #include "core/file_below.h"
 #include "core/folder.h"
+#include "core/hash.h"
 
 namespace skein {
 namespace {
@@ -75,16 +76,6 @@ Bytes MarkOf(const Bytes& secret, const PublicKey& root) {
   return Hmac(secret, root.data(), root.size());
 }
 
-std::string Hexadecimal(const Bytes& bytes) {
-  constexpr char kDigits[] = "0123456789abcdef";
-  std::string text;
-  for (const uint8_t byte : bytes) {
-    text += kDigits[byte >> 4];
-    text += kDigits[byte & 15];
-  }
-  return text;
-}
-
 }  // namespace
 
 Status MarkKeysAsOwn(const std::string& keys_dir, const PublicKey& root) {
@@ -120,7 +111,8 @@ Result<std::string> HomeMarkOf(const std::string& purpose, const std::string& te
   out.PutRaw(kNoteDomain, sizeof(kNoteDomain));
   out.PutRaw(purpose.c_str(), purpose.size() + 1);
   out.PutRaw(text.data(), text.size());
-  return Hexadecimal(Hmac(*secret, out.bytes().data(), out.size()));
+  const Bytes mark = Hmac(*secret, out.bytes().data(), out.size());
+  return ToHex(mark.data(), mark.size());
 }
 
 }  // namespace skein

@@ -1,12 +1,11 @@
 #include "transport/lcm_url.h"
 
-#include <arpa/inet.h>
-
 #include <charconv>
 #include <sstream>
 #include <stdexcept>
 
 #include "auth/relay_certificate.h"
+#include "transport/loopback.h"
 
 namespace skein {
 namespace {
@@ -56,15 +55,6 @@ void ParseOptions(const std::string& url, const std::string& options, LcmUrl* pa
   }
 }
 
-// "127.example.org" is a name, and whoever owns it says where it leads.
-bool IsLoopback(const std::string& host) {
-  constexpr uint32_t kNetwork = 127;  // 127.0.0.0/8 (RFC 1122, 3.2.1.3)
-  in_addr address{};
-  if (host == "localhost") return true;
-  return ::inet_pton(AF_INET, host.c_str(), &address) == 1 &&
-         ntohl(address.s_addr) >> 24 == kNetwork;
-}
-
 }  // namespace
 
 std::string LcmUrl::ToString() const {
@@ -83,7 +73,7 @@ LcmUrl LcmUrl::Bulk() const {
 
 bool LcmUrl::leaves_host() const {
   if (!goes_over_relay()) return leaves_host_by_datagram();
-  return !IsLoopback(host);
+  return host != "localhost" && !IsLoopbackAddress(host);
 }
 
 LcmUrl ParseLcmUrl(const std::string& text) {

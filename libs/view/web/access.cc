@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 
+#include "transport/loopback.h"
+
 namespace skein {
 namespace {
 
@@ -19,7 +21,7 @@ bool NamesServer(const AccessRequest& request) {
   const std::string name = LowerCase(WithoutPort(*request.host));
   if (name == request.local_address) return true;
   if (!request.public_host.empty() && name == LowerCase(request.public_host)) return true;
-  return IsLoopback(request.local_address) && name == "localhost";
+  return IsLoopbackAddress(request.local_address) && name == "localhost";
 }
 
 enum class Right {
@@ -89,7 +91,7 @@ bool LocalMay(Right right, bool is_on_host) {
 
 AccessDecision DecideRight(Right right, const AccessRequest& request) {
   const Visitor& visitor = request.visitor;
-  const bool is_on_host = IsLoopback(request.local_address);
+  const bool is_on_host = IsLoopbackAddress(request.local_address);
   if (right == Right::kPage) return {};
   if (visitor.is_local) {
     if (LocalMay(right, is_on_host)) return {};
@@ -128,10 +130,6 @@ AccessDecision DecideRight(Right right, const AccessRequest& request) {
 }
 
 }  // namespace
-
-bool IsLoopback(const std::string& address) {
-  return address.compare(0, 4, "127.") == 0 || address == "::1";
-}
 
 AccessDecision DecideAccess(const AccessRequest& request) {
   const std::optional<Right> right = RightFor(request.method, request.path);

@@ -31,9 +31,6 @@ struct AccessDecision {
   bool allowed() const { return status == 0; }
 };
 
-// An address of this host alone: 127.0.0.0/8 or ::1.
-bool IsLoopback(const std::string& address);
-
 // By the server's own port everyone who reaches it may read everything; a visitor of this host may
 // also make invitations, and whatever the role of its pass may. By a public port a pass is needed
 // for all but the page itself: a viewer reads, an agent sends photos and sees its own, an operator

@@ -9,6 +9,7 @@
 #include "core/clock.h"
 #include "core/file_below.h"
 #include "core/log.h"
+#include "transport/loopback.h"
 #include "web/access.h"
 
 namespace skein {
@@ -193,7 +194,7 @@ std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& r
     if (name.compare(0, 7, "upload-") == 0) parsed->fields[name] = std::string(field.value());
   }
   // In the clear a pass goes no further than this host, but for the port that was opened for it.
-  if (door_.is_public || IsLoopback(local_address_)) {
+  if (door_.is_public || IsLoopbackAddress(local_address_)) {
     parsed->visitor = host_.FindVisitor(Header(request, http::field::cookie).value_or(""),
                                         Header(request, http::field::authorization).value_or(""));
   }

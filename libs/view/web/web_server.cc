@@ -120,6 +120,9 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   int CountPlaces(const Chooses& chooses) const;
   bool FindPlace(const Place& place);
   bool CloseIdle(const Chooses& chooses);
+  template <class Connection, class Since>
+  std::shared_ptr<Connection> FindOldestOfMost(
+      const std::map<int64_t, std::shared_ptr<Connection>>& connections, const Since& since) const;
   bool CloseOldestAnswer(const Chooses& chooses);
   bool CloseOldestPage(const Chooses& chooses);
   void Count();
@@ -328,45 +331,50 @@ bool WebServer::Impl::CloseIdle(const Chooses& chooses) {
   return true;
 }
 
-// Of those chosen that show no pass, of the address with most places, if more than one: the answer
-// that has been going out for longest. Who takes a page's file byte by byte keeps its place so
-// long.
-bool WebServer::Impl::CloseOldestAnswer(const Chooses& chooses) {
+// From `connections`: those with a `since`, a time or an order, and of these the earliest one of
+// the owner with most places. Null if no owner has more than one.
+template <class Connection, class Since>
+std::shared_ptr<Connection> WebServer::Impl::FindOldestOfMost(
+    const std::map<int64_t, std::shared_ptr<Connection>>& connections, const Since& since) const {
   std::map<std::string, int> num_of;
   for (const auto& [id, place] : places_) ++num_of[place.Owner()];
-  std::shared_ptr<HttpConnection> oldest;
+  std::shared_ptr<Connection> oldest;
   int most = 1;
-  for (const auto& [id, connection] : connections_) {
+  double earliest = 0;
+  for (const auto& [id, connection] : connections) {
     const Place& place = places_.at(id);
-    const auto since_s = connection->answering_since_s();
-    if (!since_s || !place.visitor.name.empty() || !chooses(place)) continue;
+    const std::optional<double> at = since(id, place, *connection);
+    if (!at) continue;
     const int num = num_of[place.Owner()];
-    const bool is_older = oldest && num == most && *since_s < *oldest->answering_since_s();
-    if (num <= most && !is_older) continue;
+    if (num <= most && !(oldest && num == most && *at < earliest)) continue;
     oldest = connection;
     most = num;
+    earliest = *at;
   }
-  if (oldest == nullptr) return false;
-  oldest->Close();
-  return true;
+  return oldest;
 }
 
-// Of those chosen, of whoever has most places, if more than one.
+// An answer that has been going out for longest, to a visitor who shows no pass: whoever takes a
+// page's file byte by byte keeps a place so long.
+bool WebServer::Impl::CloseOldestAnswer(const Chooses& chooses) {
+  const auto oldest = FindOldestOfMost(
+      connections_, [&](int64_t, const Place& place, const HttpConnection& connection) {
+        const bool is_chosen = place.visitor.name.empty() && chooses(place);
+        return is_chosen ? connection.answering_since_s() : std::nullopt;
+      });
+  if (oldest != nullptr) oldest->Close();
+  return oldest != nullptr;
+}
+
+// Pages come in the order of their ids.
 bool WebServer::Impl::CloseOldestPage(const Chooses& chooses) {
-  std::map<std::string, int> num_of;
-  for (const auto& [id, place] : places_) ++num_of[place.Owner()];
-  std::shared_ptr<PageSocket> oldest;
-  int most = 1;
-  for (const auto& [id, page] : pages_) {
-    const Place& place = places_.at(id);
-    const int num = num_of[place.Owner()];
-    if (!chooses(place) || num <= most) continue;
-    oldest = page;
-    most = num;
-  }
-  if (oldest == nullptr) return false;
-  oldest->Close();
-  return true;
+  const auto oldest = FindOldestOfMost(
+      pages_, [&](int64_t id, const Place& place, const PageSocket&) -> std::optional<double> {
+        if (!chooses(place)) return std::nullopt;
+        return static_cast<double>(id);
+      });
+  if (oldest != nullptr) oldest->Close();
+  return oldest != nullptr;
 }
 
 void WebServer::Impl::Count() {
