@@ -32,9 +32,9 @@ class DenseFolder {
       : model_(model), scene_(DepthSceneOf(model)), options_(options), photo_source_(photos) {}
 
   Result<DenseFigures> Write(const std::function<void()>& on_photo, const fs::path& folder) {
-    if (Status status = MakeDepths(on_photo); !status.ok()) return status;
+    if (Status status = MakeDepths(on_photo, folder); !status.ok()) return status;
     DenseFigures figures;
-    figures.completeness = MeanCompleteness(depths_.maps);
+    figures.quality = QualityOf(depths_, options_.origin.has_value());
     Status status;
     if (Has(kDepth)) status = WriteDepths(folder / "depth");
     if (Has(kDense) || Has(kLas) || Has(kOrthophoto)) points_ = depths_.Points();
@@ -43,6 +43,7 @@ class DenseFolder {
     if (status.ok() && Has(kLas)) status = WriteLasPoints(folder / "dense.las");
     if (status.ok() && Has(kMesh)) status = WriteMesh(folder, &figures);
     if (status.ok() && Has(kOrthophoto)) status = WriteGround(folder, &figures);
+    if (status.ok()) status = WriteQuality(figures.quality, folder / "surface.json");
     if (!status.ok()) return status;
     return figures;
   }
@@ -51,12 +52,12 @@ class DenseFolder {
   size_t size() const { return scene_.names.size(); }
   bool Has(const std::string& format) const { return options_.formats.count(format) > 0; }
 
-  Status MakeDepths(const std::function<void()>& on_photo) {
+  Status MakeDepths(const std::function<void()>& on_photo, const fs::path& folder) {
     const auto photo = [this](size_t i) {
       const Camera& camera = model_.Camera(static_cast<CameraId>(scene_.cameras[i]));
       return ReadPhoto(photo_source_, scene_.names[i], camera);
     };
-    Result<ModelDepths> depths = MakeModelDepths(scene_, options_.size_px, photo, on_photo);
+    Result<ModelDepths> depths = MakeModelDepths(scene_, options_.size_px, photo, on_photo, folder);
     if (depths.ok()) depths_ = *std::move(depths);
     return depths.status();
   }
@@ -106,7 +107,8 @@ class DenseFolder {
             {"cy", camera.principal_point_px.y()},
             {"rotation", ToJson(pose.rotation)},
             {"translation", {pose.translation.x(), pose.translation.y(), pose.translation.z()}},
-            {"completeness", depths_.maps[i].Completeness()}};
+            {"completeness", depths_.maps[i].Completeness()},
+            {"depths", ToJson(depths_.counts[i])}};
   }
 
   Status WritePoints(int64_t num_points, const fs::path& file) const {
@@ -148,8 +150,7 @@ class DenseFolder {
     const Result<ModelMesh> made = MakeModelMesh(ColouredMaps(), options);
     if (!made.ok()) return made.status();
     figures->num_triangles = made->mesh.NumTriangles();
-    figures->mesh_voxel = made->voxel;
-    figures->mesh_ground_sampling_distance = made->ground_sampling_distance;
+    figures->quality.mesh_voxel = made->voxel;
     const Status written = WriteFileAtomic((folder / "mesh.ply").string(), MeshPly(made->mesh));
     if (!written.ok()) return written;
     const bool z_up = options_.origin.has_value();
@@ -158,15 +159,21 @@ class DenseFolder {
 
   Status WriteGround(const fs::path& folder, DenseFigures* figures) const {
     const std::vector<ColouredMap> maps = ColouredMaps();
-    GroundGrid grid = MakeGroundGrid(maps, GroundSamplingDistance(maps));
+    const SurfaceQuality& quality = figures->quality;
+    GroundGrid grid = MakeGroundGrid(maps, quality.ground_sampling_distance);
     if (grid.height.empty()) return FailedPrecondition("no surface that two photos agree on");
     figures->cell_m = grid.cell;
     figures->grid_completeness = grid.Completeness();
     grid.height += options_.origin->altitude_m.value_or(0);
     const GridPlace place{*options_.origin, grid.west, grid.north, grid.cell};
-    const Status written = WriteGeoTiff(grid.colour, place, folder / "orthophoto.tif");
+    const std::map<std::string, std::string> metadata = TextsOf(quality);
+    const Status written = WriteGeoTiff(grid.colour, place, metadata, folder / "orthophoto.tif");
     if (!written.ok()) return written;
-    return WriteGeoTiff(grid.height, place, folder / "elevation.tif");
+    return WriteGeoTiff(grid.height, place, metadata, folder / "elevation.tif");
+  }
+
+  static Status WriteQuality(const SurfaceQuality& quality, const fs::path& file) {
+    return WriteFileAtomic(file.string(), ToJson(quality).dump(1) + "\n");
   }
 
   const Reconstruction& model_;

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "clients/export/photo_source.h"
+#include "clients/export/surface_quality.h"
 #include "core/result.h"
 #include "geometry/georeference.h"
 #include "sfm/reconstruction.h"
@@ -32,10 +33,9 @@ struct DenseOptions {
 };
 
 struct DenseFigures {
-  double completeness = 0;    // share of the photos' pixels that have a depth
+  SurfaceQuality quality;
   int64_t num_points = 0;     // of kDense and kLas
   int64_t num_triangles = 0;  // of kMesh
-  double mesh_voxel = 0, mesh_ground_sampling_distance = 0;  // model_mesh.h
   // The orthophoto's: side of a cell, and the share of the grid that has a colour.
   double cell_m = 0, grid_completeness = 0;
 };
@@ -48,14 +48,17 @@ struct DenseFigures {
 //  - "mesh": mesh.ply and mesh.glb, the surface as triangles (surface/model_mesh.h); the glTF file
 //    has y up where `origin` is given, else the model's frame;
 //  - "depth": in depth/, of each photo NAME.png (16 bit), NAME.pfm and NAME.error.pfm, and
-//    cameras.json with scale, intrinsics and pose of each;
+//    cameras.json with scale, intrinsics, pose and counts of depths (depth/depth_quality.h) of
+//    each;
 //  - "orthophoto": orthophoto.tif and elevation.tif (depth/ground_grid.h, export/geotiff.h).
 //    Heights are above the ellipsoid or whatever the photos' altitudes are above, else above the
 //    median camera.
-// clients/README.md describes the files. Takes 19 bytes a pixel of all depth maps, 32 a point, and
-// up to 2 GiB while maps or a mesh are made. on_photo: after each photo, from any thread. `folder`
-// must exist. Error: a photo cannot be read or has another size than its camera, no surface was
-// found, or a file cannot be written; the folder is then incomplete.
+// and for all formats surface.json, the quality (surface_quality.h), which is also in the GeoTIFFs.
+// clients/README.md describes the files. Takes up to 21 bytes a pixel of all depth maps on the disk
+// of `folder` (depth/scratch_file.h), 32 bytes of memory a point, and up to 2 GiB while maps or a
+// mesh are made. on_photo: after each photo, from any thread. `folder` must exist. Error: a photo
+// cannot be read or has another size than its camera, no surface was found, or the disk has no
+// room; the folder is then incomplete.
 Result<DenseFigures> WriteDenseFolder(const Reconstruction& model, const DenseOptions& options,
                                       const PhotoSource& photos,
                                       const std::function<void()>& on_photo,

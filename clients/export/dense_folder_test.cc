@@ -9,6 +9,7 @@
 #include "core/file.h"
 #include "depth/wall_photos.h"
 #include "testing/test_folder.h"
+#include "testing/test_tiff.h"
 
 namespace skein::dense_folder_test {
 
@@ -81,7 +82,7 @@ class DenseFolderTest : public testing::Test {
 TEST_F(DenseFolderTest, TheWallComesOnce) {
   const Result<DenseFigures> figures = Write({kDense}, Photo);
   ASSERT_TRUE(figures.ok()) << figures.error();
-  EXPECT_GT(figures->completeness, 0.5);
+  EXPECT_GT(figures->quality.completeness, 0.5);
   EXPECT_GT(figures->num_points, kWallWidth * kWallHeight / 2);
   EXPECT_LT(figures->num_points, 2 * kWallWidth * kWallHeight) << "four photos show it";
   const Bytes ply = *ReadFile((folder_.path() / "dense.ply").string());
@@ -114,6 +115,9 @@ TEST_F(DenseFolderTest, DepthMapsComeWithTheirCameras) {
   ASSERT_EQ(error.size(), depth.size());
   ASSERT_EQ(levels.size(), depth.size());
   EXPECT_NEAR(depth(60, 80), 10, 0.05);
+  EXPECT_EQ(first["depths"]["agreed"], cv::countNonZero(depth));
+  EXPECT_GE(first["depths"]["contradicted"].get<int64_t>(), 0);
+  EXPECT_GE(first["depths"]["alone"].get<int64_t>(), 0);
   EXPECT_NEAR(levels(60, 80) * first["png_scale"].get<double>(), depth(60, 80), 1e-3);
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "dense.ply"));
 }
@@ -153,7 +157,7 @@ TEST_F(DenseFolderTest, TheMeshIsTheWall) {
   const Result<DenseFigures> figures = Write({kMesh}, Photo);
   ASSERT_TRUE(figures.ok()) << figures.error();
   EXPECT_GT(figures->num_triangles, kWallWidth * kWallHeight / 2);
-  EXPECT_EQ(figures->mesh_voxel, figures->mesh_ground_sampling_distance);
+  EXPECT_EQ(figures->quality.mesh_voxel, figures->quality.ground_sampling_distance);
   const Bytes ply = *ReadFile((folder_.path() / "mesh.ply").string());
   const Bytes glb = *ReadFile((folder_.path() / "mesh.glb").string());
   EXPECT_EQ(std::memcmp(glb.data(), "glTF", 4), 0);
@@ -179,7 +183,39 @@ TEST_F(DenseFolderTest, TheMeshKeepsItsBudget) {
   ASSERT_TRUE(figures.ok()) << figures.error();
   EXPECT_LE(figures->num_triangles, 2000);
   EXPECT_GT(figures->num_triangles, 500);
-  EXPECT_GT(figures->mesh_voxel, figures->mesh_ground_sampling_distance);
+  EXPECT_GT(figures->quality.mesh_voxel, figures->quality.ground_sampling_distance);
+}
+
+TEST_F(DenseFolderTest, QualityIsToldWithTheSurface) {
+  const Result<DenseFigures> figures = Write({kDepth, kMesh, kOrthophoto}, Photo);
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  const auto read = [this](const std::string& file) {
+    return nlohmann::json::parse(*ReadFile((folder_.path() / file).string()));
+  };
+  const nlohmann::json surface = read("surface.json"), cameras = read("depth/cameras.json");
+  EXPECT_EQ(surface, ToJson(figures->quality));
+  EXPECT_EQ(surface["photos"], kPoses.size());
+  EXPECT_EQ(surface["unit"], "m");
+  int64_t depths = 0;
+  for (const auto& photo : cameras["photos"]) {
+    for (const auto& count : photo["depths"]) depths += count.get<int64_t>();
+  }
+  EXPECT_EQ(surface["depths"], depths);
+  EXPECT_GT(surface["agreed"], 0.5);
+  EXPECT_GT(surface["expected_error_p50"], 0);
+  EXPECT_GE(surface["expected_error_p95"], surface["expected_error_p50"]);
+  EXPECT_LT(surface["expected_error_p95"], 1) << "of 10 m";
+  EXPECT_NEAR(surface["ground_sampling_distance"].get<double>(), 10 / 150.0, 0.005);
+  EXPECT_GT(surface["mesh_voxel"], 0);
+  constexpr uint16_t kGdalMetadata = 42112;
+  for (const char* file : {"orthophoto.tif", "elevation.tif"}) {
+    const std::string metadata = TiffText(folder_.path() / file, kGdalMetadata);
+    for (const auto& [name, value] : TextsOf(figures->quality)) {
+      EXPECT_NE(metadata.find("<Item name=\"" + name + "\">" + value + "</Item>"),
+                std::string::npos)
+          << file << ": " << metadata;
+    }
+  }
 }
 
 TEST_F(DenseFolderTest, APhotoThatIsMissingOrOfAnotherSizeIsTold) {

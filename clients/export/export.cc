@@ -182,13 +182,14 @@ void WriteTrainingFolders(const std::vector<ExportModel>& models, const ExportOp
 }
 
 void TellFigures(const DenseFigures& figures, const ExportOptions& options) {
-  std::cout << "depths at " << std::lround(100 * figures.completeness)
+  std::cout << "depths at " << std::lround(100 * figures.quality.completeness)
             << " % of the photos' pixels";
   if (Has(options, kDense) || Has(options, kLas)) {
     std::cout << ", " << figures.num_points << " dense points";
   }
   if (Has(options, kMesh)) {
-    const double pixels = figures.mesh_voxel / figures.mesh_ground_sampling_distance;
+    const double pixels =
+        figures.quality.mesh_voxel.value_or(0) / figures.quality.ground_sampling_distance;
     std::cout << ", a mesh of " << figures.num_triangles << " triangles, its voxels "
               << std::lround(10 * pixels) / 10.0 << " pixels wide on the ground";
   }
@@ -196,7 +197,7 @@ void TellFigures(const DenseFigures& figures, const ExportOptions& options) {
     std::cout << ", an orthophoto of " << figures.cell_m << " m a pixel, "
               << std::lround(100 * figures.grid_completeness) << " % of its area known";
   }
-  std::cout << std::endl;
+  std::cout << std::endl << LineOf(figures.quality) << std::endl;
 }
 
 void WriteDenseFolders(const std::vector<ExportModel>& models, const ExportOptions& options) {

@@ -24,6 +24,8 @@ num_pixels=$(jq '[.photos[] | .width * .height] | add' "$workspace/surface/0/dep
 ((20 * num_points > num_pixels && num_points < num_pixels)) || fail "$num_points points of $num_pixels pixels"
 num_maps=$(find "$workspace/surface/0/depth" -name '*.error.pfm' | wc -l)
 ((num_maps == $(jq '.photos | length' "$workspace/surface/0/depth/cameras.json"))) || fail "$num_maps depth maps"
+jq -e '.agreed > 0 and .expected_error_p50 > 0 and .ground_sampling_distance > 0' "$workspace/surface/0/surface.json" ||
+  fail "no quality: $(<"$workspace/surface/0/surface.json")"
 
 command -v colmap >/dev/null || { echo "no colmap command: its reading of the model is not tested"; exit 0; }
 analysis=$(QT_QPA_PLATFORM=offscreen colmap model_analyzer --path "$workspace/a session/sparse/0" 2>&1) ||

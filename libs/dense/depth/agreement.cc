@@ -1,6 +1,7 @@
 #include "depth/agreement.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 namespace skein {
@@ -17,23 +18,49 @@ Transfer::Transfer(const DepthMap& from, const DepthMap& to) {
 Agreement::Agreement(const DepthMap& map, const DepthMap& other)
     : other_(other), there_(map, other), back_(other, map) {}
 
-std::optional<DepthEstimate> Agreement::Find(int x, int y, float depth) const {
-  const float column = static_cast<float>(x), row = static_cast<float>(y);
-  const Eigen::Vector3f there = there_.Apply(column, row, depth);
+std::optional<Agreement::Projection> Agreement::Project(int x, int y, float depth) const {
+  const Eigen::Vector3f there = there_.Apply(static_cast<float>(x), static_cast<float>(y), depth);
   if (!(there.z() > 0)) return std::nullopt;
   const float u = there.x() / there.z(), v = there.y() / there.z();
   const cv::Size size = other_.depth.size();
   if (!(u > -0.5f && v > -0.5f && u + 0.5f < size.width && v + 0.5f < size.height)) {
     return std::nullopt;
   }
-  const int nearest_u = static_cast<int>(u + 0.5f), nearest_v = static_cast<int>(v + 0.5f);
-  const float other_depth = other_.depth(nearest_v, nearest_u);
-  if (!(std::abs(other_depth - there.z()) <= kMaxDepthDifference * there.z())) return std::nullopt;
-  const Eigen::Vector3f back = back_.Apply(u, v, other_depth);
+  return Projection{u, v, static_cast<int>(u + 0.5f), static_cast<int>(v + 0.5f), there.z()};
+}
+
+std::optional<DepthEstimate> Agreement::Find(int x, int y, float depth) const {
+  const std::optional<Projection> there = Project(x, y, depth);
+  if (!there) return std::nullopt;
+  const float other_depth = other_.depth(there->row, there->column);
+  if (!(std::abs(other_depth - there->depth) <= kMaxDepthDifference * there->depth)) {
+    return std::nullopt;
+  }
+  const float column = static_cast<float>(x), row = static_cast<float>(y);
+  const Eigen::Vector3f back = back_.Apply(there->u, there->v, other_depth);
   const float du = back.x() - column * back.z(), dv = back.y() - row * back.z();
   const float most = kMaxReprojectionPx * back.z();
   if (!(back.z() > 0 && du * du + dv * dv <= most * most)) return std::nullopt;
-  return DepthEstimate{back.z(), other_.error(nearest_v, nearest_u) * back.z() / other_depth};
+  return DepthEstimate{back.z(), other_.error(there->row, there->column) * back.z() / other_depth};
+}
+
+bool Agreement::SeesPast(int x, int y, float depth, float error) const {
+  const std::optional<Projection> there = Project(x, y, depth);
+  if (!there || !(other_.depth(there->row, there->column) > 0)) return false;
+  constexpr int kReach = static_cast<int>(kMaxReprojectionPx);
+  const cv::Rect near =
+      cv::Rect(there->column - kReach, there->row - kReach, 2 * kReach + 1, 2 * kReach + 1) &
+      cv::Rect(cv::Point(), other_.depth.size());
+  for (int row = near.y; row < near.br().y; ++row) {
+    for (int column = near.x; column < near.br().x; ++column) {
+      const float other_depth = other_.depth(row, column);
+      if (!(other_depth > 0)) continue;
+      const float errors = kSeesPastErrors * std::hypot(error, other_.error(row, column));
+      const float least = std::max(kMaxDepthDifference * there->depth, errors);
+      if (!(other_depth - there->depth > least)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace skein

@@ -12,6 +12,9 @@ namespace skein {
 // most this far from the pixel.
 constexpr float kMaxDepthDifference = 0.01f;
 constexpr float kMaxReprojectionPx = 1;
+// Another map sees past a point if it shows something behind it, by more than kMaxDepthDifference
+// and by more than so many standard errors of the two depths.
+constexpr float kSeesPastErrors = 3;
 
 // A pixel and a depth of one map as another map's camera sees them. In pixels whose first centre is
 // at (0, 0): (z u, z v, z) of the other camera.
@@ -40,7 +43,20 @@ class Agreement {
   // The other map's estimate of a pixel's depth, if it agrees.
   std::optional<DepthEstimate> Find(int x, int y, float depth) const;
 
+  // Whether the other map sees past a pixel's depth: at the pixel that would show the point, and at
+  // those within kMaxReprojectionPx of it that are no holes. So an edge contradicts nothing.
+  bool SeesPast(int x, int y, float depth, float error) const;
+
  private:
+  // A point as the other camera sees it: pixel indices, the nearest ones, depth.
+  struct Projection {
+    float u = 0, v = 0;
+    int column = 0, row = 0;
+    float depth = 0;
+  };
+  // nullopt: it lies outside the other map.
+  std::optional<Projection> Project(int x, int y, float depth) const;
+
   const DepthMap& other_;
   const Transfer there_, back_;
 };

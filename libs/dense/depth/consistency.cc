@@ -34,9 +34,17 @@ class Mean {
   int count_ = 0;
 };
 
+bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreement>& agreements) {
+  return std::count_if(agreements.begin(), agreements.end(), [&](const Agreement& agreement) {
+           return agreement.SeesPast(x, y, map.depth(y, x), map.error(y, x));
+         }) >= kMinContradicting;
+}
+
 }  // namespace
 
-DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others) {
+DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others,
+                    DepthCounts* counts) {
+  DepthCounts count;
   DepthMap kept{map.camera, map.cam_from_world, cv::Mat1f(map.depth.size(), 0.0f),
                 cv::Mat1f(map.depth.size(), 0.0f)};
   std::vector<Agreement> agreements;
@@ -50,11 +58,17 @@ DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& oth
       for (const Agreement& agreement : agreements) {
         if (const auto estimate = agreement.Find(x, y, depth)) mean.Add(*estimate);
       }
-      if (mean.count() <= kMinAgreeing) continue;
+      if (mean.count() <= kMinAgreeing) {
+        if (counts == nullptr) continue;
+        ++(IsContradicted(map, x, y, agreements) ? count.contradicted : count.alone);
+        continue;
+      }
+      ++count.agreed;
       kept.depth(y, x) = static_cast<float>(mean.Value());
       kept.error(y, x) = static_cast<float>(mean.Error());
     }
   }
+  if (counts != nullptr) *counts = count;
   return kept;
 }
 

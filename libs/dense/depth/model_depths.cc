@@ -2,31 +2,117 @@
 
 #include <algorithm>
 #include <atomic>
-#include <map>
+#include <memory>
+#include <numeric>
 #include <opencv2/imgproc.hpp>
 #include <utility>
 
 #include "core/threads.h"
 #include "depth/consistency.h"
+#include "depth/photo_table.h"
 
 namespace skein {
 namespace {
 
 constexpr int64_t kSweepBytes = int64_t{2} << 30;  // of all threads
 
+// Files that hold pixels; nullptr: memory does.
+struct PixelFiles {
+  std::unique_ptr<ScratchFile> working;  // of the photos and of the sweeps' maps
+  std::unique_ptr<ScratchFile> kept;     // of the agreed maps and of the colours
+};
+
+template <typename T>
+cv::Mat_<T> KeepIn(ScratchFile* file, const cv::Mat_<T>& pixels) {
+  return file == nullptr ? pixels : file->Keep(pixels);
+}
+
+DepthMap KeepIn(ScratchFile* file, DepthMap map) {
+  map.depth = KeepIn(file, map.depth);
+  map.error = KeepIn(file, map.error);
+  return map;
+}
+
+// Photos of one camera follow each other, so that one table is enough.
+std::vector<size_t> ByCamera(const DepthScene& scene) {
+  std::vector<size_t> order(scene.photos.size());
+  std::iota(order.begin(), order.end(), size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return scene.cameras[a] < scene.cameras[b]; });
+  return order;
+}
+
+bool IsFirstOfCamera(const DepthScene& scene, const std::vector<size_t>& order, size_t k) {
+  return k == 0 || scene.cameras[order[k]] != scene.cameras[order[k - 1]];
+}
+
+Result<PixelFiles> MakePixelFiles(const DepthScene& scene, int size_px,
+                                  const std::filesystem::path& folder) {
+  const std::vector<size_t> order = ByCamera(scene);
+  int64_t working = 0, kept = 0, pixels = 0;
+  const auto bytes = [&](size_t a_pixel) {
+    return ScratchFile::BytesFor(static_cast<int64_t>(a_pixel) * pixels);
+  };
+  for (size_t k = 0; k < order.size(); ++k) {
+    if (IsFirstOfCamera(scene, order, k)) {
+      const DepthCamera camera = PhotoTable::CameraOf(scene.lenses[order[k]], size_px);
+      pixels = int64_t{camera.width} * camera.height;
+      working += bytes(sizeof(uint8_t));  // DepthPhoto::valid
+    }
+    working += bytes(sizeof(uint8_t)) + 2 * bytes(sizeof(float));
+    kept += bytes(sizeof(cv::Vec3b)) + 2 * bytes(sizeof(float));
+  }
+  PixelFiles files;
+  auto file = ScratchFile::Make(folder, working);
+  if (!file.ok()) return file.status();
+  files.working = *std::move(file);
+  file = ScratchFile::Make(folder, kept);
+  if (!file.ok()) return file.status();
+  files.kept = *std::move(file);
+  return files;
+}
+
 Status ReadPhotos(const DepthScene& scene, int size_px, const ScenePhoto& photo,
-                  DepthInput* input) {
-  std::map<int, PhotoTable> tables;
-  for (size_t i = 0; i < scene.photos.size(); ++i) {
+                  const PixelFiles& files, DepthInput* input) {
+  input->colours.resize(scene.photos.size());
+  input->photos.resize(scene.photos.size());
+  const std::vector<size_t> order = ByCamera(scene);
+  std::optional<PhotoTable> table;
+  cv::Mat1b valid;
+  for (size_t k = 0; k < order.size(); ++k) {
+    const size_t i = order[k];
     const Result<cv::Mat3b> pixels = photo(i);
     if (!pixels.ok()) return pixels.status();
-    const auto table = tables.try_emplace(scene.cameras[i], scene.lenses[i], size_px).first;
-    input->colours.push_back(table->second.Apply(*pixels));
+    if (IsFirstOfCamera(scene, order, k)) {
+      table.emplace(scene.lenses[i], size_px);
+      valid = KeepIn(files.working.get(), table->valid());
+    }
+    input->colours[i] = KeepIn(files.kept.get(), table->Apply(*pixels));
     cv::Mat1b grey;
     cv::cvtColor(*pixels, grey, cv::COLOR_BGR2GRAY);
-    input->photos.push_back(table->second.Apply(grey, scene.photos[i].cam_from_world));
+    DepthPhoto read = table->Apply(grey, scene.photos[i].cam_from_world);
+    read.grey = KeepIn(files.working.get(), read.grey);
+    read.valid = valid;
+    input->photos[i] = std::move(read);
   }
   return Status::Ok();
+}
+
+Result<DepthInput> ReadInput(const DepthScene& scene, int size_px, const ScenePhoto& photo,
+                             const PixelFiles& files) {
+  DepthInput input;
+  if (Status status = ReadPhotos(scene, size_px, photo, files, &input); !status.ok()) {
+    return status;
+  }
+  input.neighbours.resize(scene.photos.size());
+  ForEachOnThreads(NumHardwareThreads(), scene.photos.size(), [&](size_t i) {
+    input.neighbours[i] =
+        ChooseNeighbours(scene.photos, scene.points, static_cast<int>(i), kNumConfirming);
+  });
+  for (const SparsePhoto& sparse : scene.photos) {
+    input.ranges.push_back(RangeOfPoints(sparse, scene.points));
+  }
+  return input;
 }
 
 // As many as have room for their sweeps.
@@ -46,17 +132,30 @@ std::vector<const DepthMap*> MapsOf(const std::vector<DepthMap>& maps,
   return chosen;
 }
 
-std::vector<DepthMap> SweepAll(const DepthInput& input, const std::function<void()>& on_photo) {
+std::vector<DepthMap> SweepAll(const DepthInput& input, const std::function<void()>& on_photo,
+                               ScratchFile* file) {
   std::vector<DepthMap> maps(input.photos.size());
   std::atomic<size_t> next{0};
   RunOnThreads(NumSweepThreads(input.photos), [&](int) {
     DepthSweep sweep;
     for (size_t i = next++; i < maps.size(); i = next++) {
-      maps[i] = SweepPhoto(input, i, &sweep);
+      maps[i] = KeepIn(file, SweepPhoto(input, i, &sweep));
       on_photo();
     }
   });
   return maps;
+}
+
+std::vector<DepthMap> AgreedIn(ScratchFile* file, const std::vector<DepthMap>& maps,
+                               const std::vector<std::vector<int>>& confirming,
+                               std::vector<DepthCounts>* counts) {
+  std::vector<DepthMap> agreed(maps.size());
+  if (counts != nullptr) counts->resize(maps.size());
+  ForEachOnThreads(NumHardwareThreads(), maps.size(), [&](size_t i) {
+    DepthCounts* count = counts == nullptr ? nullptr : &(*counts)[i];
+    agreed[i] = KeepIn(file, KeepAgreed(maps[i], MapsOf(maps, confirming[i]), count));
+  });
+  return agreed;
 }
 
 }  // namespace
@@ -74,19 +173,7 @@ std::vector<std::vector<int>> DepthInput::Confirming() const {
 }
 
 Result<DepthInput> ReadDepthInput(const DepthScene& scene, int size_px, const ScenePhoto& photo) {
-  DepthInput input;
-  if (Status status = ReadPhotos(scene, size_px, photo, &input); !status.ok()) {
-    return status;
-  }
-  input.neighbours.resize(scene.photos.size());
-  ForEachOnThreads(NumHardwareThreads(), scene.photos.size(), [&](size_t i) {
-    input.neighbours[i] =
-        ChooseNeighbours(scene.photos, scene.points, static_cast<int>(i), kNumConfirming);
-  });
-  for (const SparsePhoto& sparse : scene.photos) {
-    input.ranges.push_back(RangeOfPoints(sparse, scene.points));
-  }
-  return input;
+  return ReadInput(scene, size_px, photo, PixelFiles());
 }
 
 DepthMap SweepPhoto(const DepthInput& input, size_t index, DepthSweep* sweep) {
@@ -102,10 +189,7 @@ DepthMap SweepPhoto(const DepthInput& input, size_t index, DepthSweep* sweep) {
 
 std::vector<DepthMap> AgreedMaps(const std::vector<DepthMap>& maps,
                                  const std::vector<std::vector<int>>& confirming) {
-  std::vector<DepthMap> agreed(maps.size());
-  ForEachOnThreads(NumHardwareThreads(), maps.size(),
-                   [&](size_t i) { agreed[i] = KeepAgreed(maps[i], MapsOf(maps, confirming[i])); });
-  return agreed;
+  return AgreedIn(nullptr, maps, confirming, nullptr);
 }
 
 double MeanCompleteness(const std::vector<DepthMap>& maps) {
@@ -123,14 +207,19 @@ std::vector<std::vector<DensePoint>> ModelDepths::Points() const {
 }
 
 Result<ModelDepths> MakeModelDepths(const DepthScene& scene, int size_px, const ScenePhoto& photo,
-                                    const std::function<void()>& on_photo) {
-  Result<DepthInput> input = ReadDepthInput(scene, size_px, photo);
+                                    const std::function<void()>& on_photo,
+                                    const std::filesystem::path& folder) {
+  Result<PixelFiles> files = MakePixelFiles(scene, size_px, folder);
+  if (!files.ok()) return files.status();
+  Result<DepthInput> input = ReadInput(scene, size_px, photo, *files);
   if (!input.ok()) return input.status();
-  const std::vector<DepthMap> maps = SweepAll(*input, on_photo);
-  input->photos.clear();
-  std::vector<std::vector<int>> confirming = input->Confirming();
-  std::vector<DepthMap> agreed = AgreedMaps(maps, confirming);
-  return ModelDepths{std::move(agreed), std::move(input->colours), std::move(confirming)};
+  const std::vector<DepthMap> maps = SweepAll(*input, on_photo, files->working.get());
+  ModelDepths depths;
+  depths.confirming = input->Confirming();
+  depths.maps = AgreedIn(files->kept.get(), maps, depths.confirming, &depths.counts);
+  depths.colours = std::move(input->colours);
+  depths.file = std::move(files->kept);
+  return depths;
 }
 
 }  // namespace skein

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
+#include <memory>
 #include <opencv2/core.hpp>
 #include <optional>
 #include <vector>
@@ -10,9 +12,11 @@
 #include "core/result.h"
 #include "depth/dense_points.h"
 #include "depth/depth_map.h"
+#include "depth/depth_quality.h"
 #include "depth/depth_scene.h"
 #include "depth/depth_sweep.h"
 #include "depth/neighbours.h"
+#include "depth/scratch_file.h"
 
 namespace skein {
 
@@ -45,17 +49,22 @@ std::vector<DepthMap> AgreedMaps(const std::vector<DepthMap>& maps,
 double MeanCompleteness(const std::vector<DepthMap>& maps);
 
 struct ModelDepths {
-  std::vector<DepthMap> maps;  // agreed depths of the scene's photos
+  std::unique_ptr<ScratchFile> file;  // holds the pixels of `maps` and `colours`
+  std::vector<DepthMap> maps;         // agreed depths of the scene's photos
   std::vector<cv::Mat3b> colours;
   std::vector<std::vector<int>> confirming;
+  std::vector<DepthCounts> counts;  // of the depths before agreement, of each photo
 
   // PointsOf (dense_points.h) of each map, on all cores.
   std::vector<std::vector<DensePoint>> Points() const;
 };
 
-// All of the above, on all cores. Takes 19 bytes a pixel of all depth maps, and up to 2 GiB for the
-// sweeps. on_photo: after each photo, from any thread. Errors: as ReadDepthInput.
+// All of the above, on all cores. Takes up to 2 GiB of memory for the sweeps. Pixels lie in files
+// without a name in `folder`: 20 bytes a pixel of all depth maps and 1 a pixel of each camera, of
+// which the result keeps 11 a pixel. on_photo: after each photo, from any thread. Errors: as
+// ReadDepthInput and ScratchFile::Make, which comes before the first photo is read.
 Result<ModelDepths> MakeModelDepths(const DepthScene& scene, int size_px, const ScenePhoto& photo,
-                                    const std::function<void()>& on_photo);
+                                    const std::function<void()>& on_photo,
+                                    const std::filesystem::path& folder);
 
 }  // namespace skein

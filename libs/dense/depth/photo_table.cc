@@ -6,20 +6,35 @@
 #include <stdexcept>
 
 namespace skein {
+namespace {
 
-PhotoTable::PhotoTable(const LensCamera& lens, int longer_side_px)
-    : photo_width_(lens.width), photo_height_(lens.height) {
+Eigen::Vector2d Scales(const LensCamera& lens, const DepthCamera& camera) {
+  return {static_cast<double>(camera.width) / lens.width,
+          static_cast<double>(camera.height) / lens.height};
+}
+
+}  // namespace
+
+DepthCamera PhotoTable::CameraOf(const LensCamera& lens, int longer_side_px) {
   if (lens.width < 1 || lens.height < 1 || longer_side_px < 1 || !(lens.focal_px.minCoeff() > 0)) {
     throw std::invalid_argument("depth map: sizes and focal lengths are above 0");
   }
   const double scale =
       std::min(1.0, static_cast<double>(longer_side_px) / std::max(lens.width, lens.height));
-  camera_.width = std::max(1, static_cast<int>(std::lround(scale * lens.width)));
-  camera_.height = std::max(1, static_cast<int>(std::lround(scale * lens.height)));
-  const Eigen::Vector2d scales(static_cast<double>(camera_.width) / lens.width,
-                               static_cast<double>(camera_.height) / lens.height);
-  camera_.focal_px = lens.focal_px.cwiseProduct(scales);
-  camera_.principal_point_px = lens.principal_point_px.cwiseProduct(scales);
+  DepthCamera camera;
+  camera.width = std::max(1, static_cast<int>(std::lround(scale * lens.width)));
+  camera.height = std::max(1, static_cast<int>(std::lround(scale * lens.height)));
+  const Eigen::Vector2d scales = Scales(lens, camera);
+  camera.focal_px = lens.focal_px.cwiseProduct(scales);
+  camera.principal_point_px = lens.principal_point_px.cwiseProduct(scales);
+  return camera;
+}
+
+PhotoTable::PhotoTable(const LensCamera& lens, int longer_side_px)
+    : photo_width_(lens.width),
+      photo_height_(lens.height),
+      camera_(CameraOf(lens, longer_side_px)) {
+  const Eigen::Vector2d scales = Scales(lens, camera_);
   const cv::Size size(camera_.width, camera_.height);
   x_ = cv::Mat1f(size, -1.0f);
   y_ = cv::Mat1f(size, -1.0f);

@@ -27,7 +27,12 @@ class PhotoTable {
   // size or focal length that is not positive.
   PhotoTable(const LensCamera& lens, int longer_side_px);
 
+  // The pinhole camera of such a table. Throws as the constructor.
+  static DepthCamera CameraOf(const LensCamera& lens, int longer_side_px);
+
   const DepthCamera& camera() const { return camera_; }
+  // height x width: DepthPhoto's `valid`.
+  const cv::Mat1b& valid() const { return valid_; }
 
   // `photo`: of the lens camera's size, or its sides divided by a whole number, rounded up, as a
   // decoder reduces it. Areas are averaged first, so that nothing aliases. Throws

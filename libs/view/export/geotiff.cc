@@ -4,6 +4,7 @@
 #include <geotiff/xtiffio.h>
 
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <string>
@@ -18,12 +19,35 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kTileSide = 256;
-constexpr uint32_t kGdalNoData = 42113;  // GDAL's tag for the value of holes
+// GDAL's tags (gdal.org, GTiff driver): metadata as XML, the value of holes.
+constexpr uint32_t kGdalMetadata = 42112, kGdalNoData = 42113;
 
-void KnowGdalNoData(TIFF* tiff) {
-  static char name[] = "GDAL_NODATA";
-  static const TIFFFieldInfo info[] = {{kGdalNoData, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, name}};
-  TIFFMergeFieldInfo(tiff, info, 1);
+void KnowGdalTags(TIFF* tiff) {
+  static char metadata[] = "GDAL_METADATA", no_data[] = "GDAL_NODATA";
+  static const TIFFFieldInfo info[] = {
+      {kGdalMetadata, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, metadata},
+      {kGdalNoData, -1, -1, TIFF_ASCII, FIELD_CUSTOM, 1, 0, no_data}};
+  TIFFMergeFieldInfo(tiff, info, 2);
+}
+
+std::string EscapedXml(const std::string& text) {
+  static const std::map<char, std::string> kEscapes = {
+      {'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}};
+  std::string escaped;
+  for (const char c : text) {
+    const auto escape = kEscapes.find(c);
+    escaped += escape == kEscapes.end() ? std::string(1, c) : escape->second;
+  }
+  return escaped;
+}
+
+void SetMetadata(const std::map<std::string, std::string>& metadata, TIFF* tiff) {
+  if (metadata.empty()) return;
+  std::string xml = "<GDALMetadata>\n";
+  for (const auto& [name, value] : metadata) {
+    xml += "  <Item name=\"" + EscapedXml(name) + "\">" + EscapedXml(value) + "</Item>\n";
+  }
+  TIFFSetField(tiff, kGdalMetadata, (xml + "</GDALMetadata>\n").c_str());
 }
 
 void SetLayout(const cv::Mat& pixels, TIFF* tiff) {
@@ -77,7 +101,8 @@ bool WriteTiles(const cv::Mat& pixels, TIFF* tiff) {
 
 }  // namespace
 
-Status WriteGeoTiff(const cv::Mat& pixels, const GridPlace& place, const fs::path& file) {
+Status WriteGeoTiff(const cv::Mat& pixels, const GridPlace& place,
+                    const std::map<std::string, std::string>& metadata, const fs::path& file) {
   const bool is_colour = pixels.type() == CV_8UC4;
   if (pixels.empty() || (!is_colour && pixels.type() != CV_32FC1)) {
     return InvalidArgument("a GeoTIFF is of colours with alpha, or of heights");
@@ -87,8 +112,9 @@ Status WriteGeoTiff(const cv::Mat& pixels, const GridPlace& place, const fs::pat
   const fs::path part = file.string() + ".part";
   const std::unique_ptr<TIFF, void (*)(TIFF*)> tiff(XTIFFOpen(part.c_str(), "w"), XTIFFClose);
   if (tiff == nullptr) return Unavailable("cannot write " + part.string());
-  KnowGdalNoData(tiff.get());
+  KnowGdalTags(tiff.get());
   SetLayout(stored, tiff.get());
+  SetMetadata(metadata, tiff.get());
   const bool is_whole =
       SetPlace(place, tiff.get()) && WriteTiles(stored, tiff.get()) && TIFFFlush(tiff.get()) != 0;
   if (!is_whole) return Unavailable("cannot write " + part.string() + ": is the disk full?");

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <opencv2/core.hpp>
+#include <string>
 
 #include "core/result.h"
 #include "geometry/georeference.h"
@@ -17,9 +19,11 @@ struct GridPlace {
 };
 
 // Rows go from north to south. `pixels`: CV_8UC4 (blue, green, red, alpha) or CV_32FC1 (NaN where
-// nothing is known). Tiled, compressed without loss. The file appears when it is whole. Error: it
-// cannot be written, or its pixels are of another type.
+// nothing is known). `metadata`: UTF-8, names and values as GDAL tells them. Tiled, compressed
+// without loss. The file appears when it is whole. Error: it cannot be written, or its pixels are
+// of another type.
 Status WriteGeoTiff(const cv::Mat& pixels, const GridPlace& place,
+                    const std::map<std::string, std::string>& metadata,
                     const std::filesystem::path& file);
 
 }  // namespace skein

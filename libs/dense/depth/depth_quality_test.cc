@@ -1,0 +1,36 @@
+#include "depth/depth_quality.h"
+
+#include <gtest/gtest.h>
+
+#include "depth/wall_photos.h"
+
+namespace skein::depth_test {
+namespace {
+
+TEST(DepthQuality, CountsAddUp) {
+  const DepthCounts sum = SumOf({{1, 2, 3}, {10, 20, 30}});
+  EXPECT_EQ(sum.agreed, 11);
+  EXPECT_EQ(sum.contradicted, 22);
+  EXPECT_EQ(sum.alone, 33);
+  EXPECT_EQ(sum.Sum(), 66);
+}
+
+TEST(DepthQuality, PercentilesAreOfAllDepthsAndOfNoHole) {
+  DepthMap low = Wall().Map(PoseAt({0, 0, 0}), 0.01f), high = Wall().Map(PoseAt({0, 0, 0}), 0.1f);
+  low.error(0, 0) = 1000;  // of a hole
+  low.depth(0, 0) = 0;
+  high.depth.rowRange(kWallHeight / 2, kWallHeight) = 0;
+  const ErrorPercentiles both = PercentilesOfErrors({low, high});
+  EXPECT_NEAR(both.p50, 0.01, 0.01 / 512);
+  EXPECT_NEAR(both.p95, 0.1, 0.1 / 512);
+}
+
+TEST(DepthQuality, HolesHaveNoErrors) {
+  DepthMap map = Wall().Map(PoseAt({0, 0, 0}), 0.01f);
+  map.depth = 0;
+  EXPECT_EQ(PercentilesOfErrors({map}).p95, 0);
+  EXPECT_EQ(PercentilesOfErrors({}).p50, 0);
+}
+
+}  // namespace
+}  // namespace skein::depth_test
