@@ -20,8 +20,6 @@
 namespace {
 
 constexpr int kOwnDescriptors = 64;  // files, pipes, listeners
-// Of one client on the ports behind the first: what Gigabit Ethernet carries in chunks of 24 KiB.
-constexpr double kMaxBulkMessagesPerS = 5000;
 
 // Descriptors for clients. Raises the limit to what the system permits.
 int MaxClients() {
@@ -33,19 +31,6 @@ int MaxClients() {
   return std::max(4, static_cast<int>(limit.rlim_cur) - kOwnDescriptors);
 }
 
-skein::RelayOptions OfPort(int port, const skein::RelayProgramOptions& options) {
-  skein::RelayOptions of_port = options.relay;
-  of_port.port = port;
-  of_port.max_clients =
-      std::min(of_port.max_clients, MaxClients() / static_cast<int>(options.ports.size()));
-  of_port.max_clients_of_address = of_port.max_clients / 2;
-  if (port != options.ports.front()) {
-    of_port.max_messages_per_s = kMaxBulkMessagesPerS;
-    of_port.watch_port.reset();
-  }
-  return of_port;
-}
-
 // Runs until a signal.
 void Run(const skein::RelayProgramOptions& options) {
   skein::PollLoop loop;
@@ -55,7 +40,7 @@ void Run(const skein::RelayProgramOptions& options) {
   if (!options.node.session_dir.empty()) session.emplace(options.node);
   std::vector<std::unique_ptr<skein::Relay>> relays;
   for (const int port : options.ports) {
-    skein::RelayOptions of_port = OfPort(port, options);
+    skein::RelayOptions of_port = options.OfPort(port, MaxClients());
     if (session) {
       of_port.tls = session->Tls();
       of_port.members_only = session->is_closed();

@@ -1,11 +1,25 @@
 #include "relay/relay_options.h"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string>
 
 #include "core/option_check.h"
+#include "transport/lcm_url.h"
 
 namespace skein {
+namespace {
+
+// Of one client on a port for bulk data: what Gigabit Ethernet carries in chunks of 24 KiB.
+constexpr double kMaxBulkMessagesPerS = 5000;
+
+// By the session's URL: scripts/launch.sh starts a process for each of its ports. Without a session
+// no rate is held.
+bool CarriesBulk(const std::string& session_url, int port) {
+  return !session_url.empty() && port == ParseLcmUrl(session_url).Bulk().port;
+}
+
+}  // namespace
 
 Status RelayProgramOptions::Check() const {
   for (const int port : ports) {
@@ -19,6 +33,16 @@ Status RelayProgramOptions::Check() const {
     return InvalidArgument("--session and --lcm-url go together: the session's folder and its URL");
   }
   return InRange("max_clients", relay.max_clients, 4, 10'000);
+}
+
+RelayOptions RelayProgramOptions::OfPort(int port, int max_clients) const {
+  RelayOptions of_port = relay;
+  of_port.port = port;
+  of_port.max_clients = std::min(relay.max_clients, max_clients / static_cast<int>(ports.size()));
+  of_port.max_clients_of_address = of_port.max_clients / 2;
+  if (CarriesBulk(node.lcm_url, port)) of_port.max_messages_per_s = kMaxBulkMessagesPerS;
+  if (port != ports.front()) of_port.watch_port.reset();
+  return of_port;
 }
 
 Program RelayProgram(RelayProgramOptions* options) {

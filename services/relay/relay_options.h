@@ -20,6 +20,9 @@ struct RelayProgramOptions {
   NodeOptions node;
 
   Status Check() const;
+  // Options of `port`, one of `ports`. The ports share `max_clients`, for which the process has
+  // descriptors. The session's port for bulk data, the one behind its URL's, has a higher rate.
+  RelayOptions OfPort(int port, int max_clients) const;
 };
 
 // Command line, and [relay] of a config file.
