@@ -74,20 +74,26 @@ int Run(std::vector<std::string> words, const FileDescriptor& in, const FileDesc
   return error == 0 && WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
-}  // namespace
+class ScriptEngine : public Engine {
+ public:
+  explicit ScriptEngine(const std::string& name)
+      : name_(name), script_(EnginesFolder() / (name + ".sh")) {}
 
-std::vector<std::string> EngineNames() {
-  std::vector<std::string> names;
-  for (const fs::path& file : FilesUnder(EnginesFolder())) {
-    if (file.extension() == ".sh") names.push_back(file.stem());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
+  Result<std::vector<WorkerJob>> List() override;
+  Status Submit(const std::string& batch, const std::vector<std::string>& invitations,
+                const std::vector<std::string>& job_options,
+                const std::vector<std::string>& launch_options) override;
+  Status Cancel(const std::vector<std::string>& workers) override;
 
-Engine::Engine(const std::string& name) : name_(name), script_(EnginesFolder() / (name + ".sh")) {}
+ private:
+  Result<std::string> Call(std::vector<std::string> words, const std::string& input) const;
 
-Result<std::string> Engine::Call(std::vector<std::string> words, const std::string& input) const {
+  const std::string name_;
+  const std::string script_;
+};
+
+Result<std::string> ScriptEngine::Call(std::vector<std::string> words,
+                                       const std::string& input) const {
   words.insert(words.begin(), {"timeout", kLimitS, script_});
   const FileDescriptor in = MakeFile(input), out = MakeFile(""), err = MakeFile("");
   const int code = Run(std::move(words), in, out, err);
@@ -100,7 +106,7 @@ Result<std::string> Engine::Call(std::vector<std::string> words, const std::stri
       name_ + ": " + reason);
 }
 
-Result<std::vector<WorkerJob>> Engine::List() const {
+Result<std::vector<WorkerJob>> ScriptEngine::List() {
   const Result<std::string> listed = Call({"list"}, "");
   if (!listed.ok()) return listed.status();
   std::vector<WorkerJob> jobs;
@@ -116,9 +122,9 @@ Result<std::vector<WorkerJob>> Engine::List() const {
   return jobs;
 }
 
-Status Engine::Submit(const std::string& batch, const std::vector<std::string>& invitations,
-                      const std::vector<std::string>& job_options,
-                      const std::vector<std::string>& launch_options) const {
+Status ScriptEngine::Submit(const std::string& batch, const std::vector<std::string>& invitations,
+                            const std::vector<std::string>& job_options,
+                            const std::vector<std::string>& launch_options) {
   std::vector<std::string> words = {"submit", batch};
   words.insert(words.end(), job_options.begin(), job_options.end());
   words.emplace_back("--");
@@ -128,10 +134,25 @@ Status Engine::Submit(const std::string& batch, const std::vector<std::string>& 
   return Call(std::move(words), input).status();
 }
 
-Status Engine::Cancel(const std::vector<std::string>& workers) const {
+Status ScriptEngine::Cancel(const std::vector<std::string>& workers) {
   std::vector<std::string> words = {"cancel"};
   words.insert(words.end(), workers.begin(), workers.end());
   return Call(std::move(words), "").status();
+}
+
+}  // namespace
+
+std::vector<std::string> EngineNames() {
+  std::vector<std::string> names;
+  for (const fs::path& file : FilesUnder(EnginesFolder())) {
+    if (file.extension() == ".sh") names.push_back(file.stem());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+std::unique_ptr<Engine> OpenEngine(const std::string& name) {
+  return std::make_unique<ScriptEngine>(name);
 }
 
 }  // namespace skein

@@ -14,6 +14,7 @@
 // Environment: SKEIN_SESSION_ID, SKEIN_SCALE_FOLDER (a folder of this host), SKEIN_WORKER_CORES.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -25,25 +26,22 @@ namespace skein {
 // Names of the engines beside this program, sorted.
 std::vector<std::string> EngineNames();
 
-// All calls block, for at most a minute. Any thread, one call at a time. An error is one line, by
-// the engine; kFailedPrecondition: exit code 2.
+// All calls block, for at most a minute. Any thread, one call at a time
+// (clients/scale/engine_thread.h). An error is one line, by the engine; kFailedPrecondition: exit
+// code 2.
 class Engine {
  public:
-  // `name` is one of EngineNames.
-  explicit Engine(const std::string& name);
+  virtual ~Engine() = default;
 
-  Result<std::vector<WorkerJob>> List() const;
+  virtual Result<std::vector<WorkerJob>> List() = 0;
   // A job for each invitation. Job I, from 1, is the worker `batch`-I.
-  Status Submit(const std::string& batch, const std::vector<std::string>& invitations,
-                const std::vector<std::string>& job_options,
-                const std::vector<std::string>& launch_options) const;
-  Status Cancel(const std::vector<std::string>& workers) const;
-
- private:
-  Result<std::string> Call(std::vector<std::string> words, const std::string& input) const;
-
-  const std::string name_;
-  const std::string script_;
+  virtual Status Submit(const std::string& batch, const std::vector<std::string>& invitations,
+                        const std::vector<std::string>& job_options,
+                        const std::vector<std::string>& launch_options) = 0;
+  virtual Status Cancel(const std::vector<std::string>& workers) = 0;
 };
+
+// `name` is one of EngineNames.
+std::unique_ptr<Engine> OpenEngine(const std::string& name);
 
 }  // namespace skein

@@ -17,13 +17,13 @@
 #include "clients/ingest_watch.h"
 #include "clients/invite.h"
 #include "clients/scale/engine.h"
+#include "clients/scale/engine_thread.h"
 #include "clients/scale/worker_demand.h"
 #include "clients/scale/worker_pool.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/counted.h"
 #include "core/file_below.h"
-#include "event_loop/worker_thread.h"
 #include "node/ledger_follower.h"
 
 namespace skein {
@@ -115,8 +115,7 @@ FileDescriptor LockOf(const Session& session, const std::filesystem::path& folde
   throw std::runtime_error("another skein scale runs on " + session.paths.root.string());
 }
 
-// Looks at backlog and jobs every kLookS and does what the pool decides. The engine's calls, which
-// block, run on a thread of their own, one at a time.
+// Looks at backlog and jobs every kLookS and does what the pool decides.
 class Scaler {
  public:
   Scaler(Node& node, Session session, const LcmUrl& url, const ScaleOptions& options)
@@ -124,10 +123,9 @@ class Scaler {
         session_(std::move(session)),
         url_(url),
         options_(options),
-        engine_(options.engine),
         pool_(options.pool),
         ingest_(node),
-        worker_(node.loop()),
+        engine_(node.loop(), OpenEngine(options.engine)),
         follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {
     node.bus().Subscribe<heartbeat_t>(
         kHeartbeatChannel, [this](const heartbeat_t& heartbeat) { OnHeartbeat(heartbeat); });
@@ -140,21 +138,16 @@ class Scaler {
 
   // Throws std::runtime_error where this host cannot run the engine.
   void CheckEngine() {
-    const auto jobs = engine_.List();
+    const auto jobs = engine_.ListAndWait();
     if (jobs.code() == StatusCode::kFailedPrecondition) throw std::runtime_error(jobs.error());
     if (jobs.ok() && !jobs->empty()) Tell("takes over " + Counted(jobs->size(), "worker"));
   }
 
-  // All workers leave.
+  // All workers leave. After the loop has ended.
   void EndWorkers() {
-    const auto jobs = engine_.List();
-    std::vector<std::string> names;
-    for (const WorkerJob& job : jobs.ok() ? *jobs : std::vector<WorkerJob>()) {
-      names.push_back(job.name);
-    }
-    const Status cancelled = names.empty() ? jobs.status() : engine_.Cancel(names);
-    Tell(cancelled.ok() ? "ends and tells " + Counted(names.size(), "worker") + " to leave"
-                        : "ends; workers may be left: " + cancelled.error());
+    const Result<size_t> ended = engine_.CancelAllAndWait();
+    Tell(ended.ok() ? "ends and tells " + Counted(*ended, "worker") + " to leave"
+                    : "ends; workers may be left: " + ended.error());
   }
 
  private:
@@ -194,13 +187,11 @@ class Scaler {
 
   void Look() {
     ingest_.TellChange("skein scale", std::cerr);
-    if (is_busy_ || !follower_.caught_up()) return;
-    is_busy_ = true;
-    worker_.Run([this] { return engine_.List(); },
-                [this](const Result<std::vector<WorkerJob>>& jobs) { OnJobs(jobs); });
+    if (engine_.is_busy() || !follower_.caught_up()) return;
+    engine_.List([this](const EngineThread::Jobs& jobs) { OnJobs(jobs); });
   }
 
-  void OnJobs(const Result<std::vector<WorkerJob>>& jobs) {
+  void OnJobs(const EngineThread::Jobs& jobs) {
     if (!jobs.ok()) return OnDone(jobs.status());
     const WorkerPool::Plan plan =
         pool_.Decide(*jobs, Heard(), Wanted(), {MonotonicS(), NowUs() / 1'000'000});
@@ -211,8 +202,7 @@ class Scaler {
   }
 
   void Cancel(const std::vector<std::string>& names) {
-    worker_.Run([this, names] { return engine_.Cancel(names); },
-                [this, names](const Status& status) { OnCancelled(names, status); });
+    engine_.Cancel(names, [this, names](const Status& status) { OnCancelled(names, status); });
   }
 
   void OnCancelled(const std::vector<std::string>& names, const Status& status) {
@@ -234,20 +224,18 @@ class Scaler {
           ToLink(MakeInvitation(session_, url_, Role::kWorker, names.back(), expires_s)));
     }
     const std::string batch = names[0].substr(0, names[0].find('-'));
-    worker_.Run(
-        [this, batch, links] {
-          return engine_.Submit(batch, links, options_.job_options, LaunchOptions(options_));
-        },
-        [this, names](const Status& status) {
-          pool_.OnSubmitted(names, status, MonotonicS());
-          if (status.ok()) Tell("submits " + Counted(names.size(), "worker") + " for " + Photos());
-          OnDone(Status::Ok());
-        });
+    engine_.Submit(batch, links, options_.job_options, LaunchOptions(options_),
+                   [this, names](const Status& status) { OnSubmitted(names, status); });
+  }
+
+  void OnSubmitted(const std::vector<std::string>& names, const Status& status) {
+    pool_.OnSubmitted(names, status, MonotonicS());
+    if (status.ok()) Tell("submits " + Counted(names.size(), "worker") + " for " + Photos());
+    OnDone(Status::Ok());
   }
 
   // `status` is of listing; the pool knows of submissions and cancellations.
   void OnDone(const Status& status) {
-    is_busy_ = false;
     const std::string& problem = status.ok() ? pool_.problem() : status.error();
     if (problem != problem_ && !problem.empty()) {
       Tell(problem + "; the session goes on without more workers");
@@ -266,15 +254,13 @@ class Scaler {
   const Session session_;
   const LcmUrl url_;
   const ScaleOptions options_;
-  const Engine engine_;  // used by worker_ while is_busy_
   WorkerPool pool_;
   SessionRecord record_;
   SessionTally tally_;
   std::map<std::string, std::map<std::string, HeardWorker>> processes_;  // by worker, by instance
-  bool is_busy_ = false;
-  std::string problem_;  // told last
+  std::string problem_;                                                  // told last
   IngestWatch ingest_;
-  WorkerThread worker_;
+  EngineThread engine_;
   LedgerFollower follower_;
 };
 
