@@ -1,11 +1,11 @@
 #!/usr/bin/env bash
-# Sets up, builds and runs every test. Ends with one line: N passed, N failed, N skipped.
+# Sets up, builds and runs every test but the slow ones. Ends with one line: N passed, N failed, N skipped.
 #
-#   scripts/test.sh [--preset release|asan|tsan] [--filter REGEX] [--label unit|process|static] [--no-setup] [--speed]
+#   scripts/test.sh [--preset release|asan|tsan] [--filter REGEX] [--label unit|process|static|slow] [--no-setup] [--speed]
 #
 #   --preset    what to build and test (default release)
 #   --filter    only the tests whose name matches
-#   --label     only the tests of one kind
+#   --label     only the tests of one kind; slow: those that take minutes and want packages that setup.sh does not install
 #   --no-setup  take the packages and COLMAP's part as they are
 #   --speed     then tell each stage's speed beside that of docs/speed.json (benchmark/colmap/speed.sh)
 #
@@ -26,6 +26,7 @@ while (($#)); do
   esac
   shift
 done
+((${#selection[@]})) || selection=(-LE '^slow$')
 ((!speed)) || [[ $preset == release ]] || usage_error "--speed is for the release build"
 
 mkdir -p "$SKEIN_DEPS"
