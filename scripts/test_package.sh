@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # From a bare root of this Debian release to the demo by a package alone: installs an older version, runs the demo, upgrades
-# it under a live session, runs a session as the service's user, removes it. Prints the seconds of each step. As root.
+# it under a live session, runs a session as the service's user, removes it. Before that lintian looks at the package, where it is
+# installed; its errors fail. Prints the package's files by size, and the seconds of each step. As root.
 #
 #   scripts/test_package.sh --package DEB [--root DIR] [--keep]
 #
@@ -49,8 +50,21 @@ offline() {
   unshare --net bash -c 'ip link set lo up multicast on; ip route add 224.0.0.0/4 dev lo src 127.0.0.1; exec "$@"' - \
     chroot "$root" env -i HOME=/root PATH=/usr/sbin:/usr/bin:/sbin:/bin LC_ALL=C.UTF-8 "$@"
 }
+check_by_lintian() {
+  command -v lintian >/dev/null || { say "SKIPPED: lintian (apt-get install lintian)"; return; }
+  timed "lintian" lintian --fail-on error "$package"
+  cat "$work/log"
+}
+# Bytes and path of each file, largest first; links have 0.
+list_files() {
+  say "files of $(basename "$package"), $(stat -c %s "$package") bytes packed"
+  dpkg-deb --contents "$package" | awk '$1 !~ /^d/ { printf "%11d %s\n", $3, $6; sum += $3 } END { printf "%11d in all\n", sum }' | sort -rn
+}
 install_package() { inside apt-get install -y -q "/root/$1"; }
 version() { inside dpkg-query -W -f '${Version}' skein; }
+
+check_by_lintian
+list_files
 
 mirror=$(debian_mirror)
 if [[ -z $root ]]; then
@@ -105,5 +119,6 @@ left=$(cd "$root" && find . -xdev -iname '*skein*' -not -path './proc/*' -not -p
 [[ -z $left ]] || die "left behind: $left"
 [[ -s $root/var/lib/skein/site/session.json && -s $root$session/session.json ]] || die "the sessions are gone"
 
+say "seconds of each step"
 printf '%s\n' "${table[@]}"
 say "passed; the root had $(du -sxm "$root" | cut -f1) MB at the end"
