@@ -9,11 +9,11 @@
 
 #include "clients/client_node.h"
 #include "clients/folder_watch.h"
-#include "clients/ingest_watch.h"
 #include "clients/other_files.h"
 #include "clients/photo_folder.h"
 #include "clients/progress_bar.h"
 #include "clients/subcommand.h"
+#include "clients/trouble_watch.h"
 #include "clients/video/video_photos.h"
 #include "core/clock.h"
 #include "node/publisher.h"
@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kExitRefused = 3;
 constexpr double kRescanS = 1;
-constexpr double kLookForIngestS = 1;
+constexpr double kLookForTroublesS = 1;
 
 struct AgentOptions {
   ClientOptions client;
@@ -237,8 +237,8 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
     if (!may_grow) bar.Add();
   });
   publisher.Add(ToOffer(photos, options.max_size_px, options.watch ? ReadWholePhoto : ReadPhoto));
-  IngestWatch ingest(*node);
-  node->loop().AddTimer(kLookForIngestS, [&] { ingest.TellChange("skein agent", std::cerr); });
+  TroubleWatch troubles(*node);
+  node->loop().AddTimer(kLookForTroublesS, [&] { troubles.TellChange("skein agent", std::cerr); });
   if (options.watch) {
     node->loop().AddTimer(kRescanS, [&] {
       LookAgain(options, &watch, &publisher);

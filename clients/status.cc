@@ -9,6 +9,7 @@
 
 #include "clients/client_node.h"
 #include "clients/ingest_watch.h"
+#include "clients/process_watch.h"
 #include "clients/status_view.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
@@ -43,15 +44,8 @@ class StatusWatch {
   explicit StatusWatch(Node& node)
       : node_(node),
         ingest_(node),
+        heard_(node),
         follower_(node, 1, [this](const Fact& fact) { session_.Apply(fact); }) {
-    node.bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [this](const heartbeat_t& heartbeat) {
-      if (heartbeat.instance == node_.instance()) return;
-      if (heartbeat.state == kEndedState) {
-        processes_.erase(heartbeat.instance);
-      } else {
-        processes_[heartbeat.instance] = {heartbeat, MonotonicS(), heartbeat.utime_us - NowUs()};
-      }
-    });
     node.bus().Subscribe<submap_status_t>(
         kSubmapStatusChannel,
         [this](const submap_status_t& status) { submaps_[status.submap_id] = status; });
@@ -63,9 +57,9 @@ class StatusWatch {
   IngestWatch& ingest() { return ingest_; }
 
   void Print(bool as_json) const {
-    const double now_s = MonotonicS();
-    const nlohmann::json status = MakeStatus({node_.session_id(), session_, processes_, submaps_,
-                                              now_s, now_s - listens_since_s_, guidance_});
+    const nlohmann::json status =
+        MakeStatus({node_.session_id(), session_, heard_.processes(), submaps_,
+                    node_.loop().now_s(), heard_.listened_s(), guidance_});
     if (as_json) {
       std::cout << status.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)
                 << std::endl;
@@ -79,9 +73,8 @@ class StatusWatch {
  private:
   Node& node_;
   IngestWatch ingest_;
+  ProcessWatch heard_;
   SessionRecord session_;
-  const double listens_since_s_ = MonotonicS();
-  HeardProcesses processes_;
   std::map<int64_t, submap_status_t> submaps_;
   std::map<int64_t, guidance_t> guidance_;
   LedgerFollower follower_;

@@ -31,6 +31,7 @@ agent=$!
 is_stored() { cmp -s "$1" "$stored/$2"; }
 is_told() { grep -qF -- "$1" "$log"; }
 wait_until 30 "the first photo is stored" is_stored "${photos[0]}" a.jpg
+wait_until 60 "a missing worker is told" is_told 'skein agent: 1 photo waits, and no process of features is running. Start `skein launch`'
 is_told 'not taken in '"$dcim"': 1 ._*, 1 in .Trash-1000, 1 in .thumbnails, 1 in @eaDir (hidden photos, thumbnails and trash)' ||
   fail "what is skipped is not told"
 is_told 'not taken in '"$dcim"': up (links to folders that are read anyway)' || fail "the link is not told"

@@ -1,5 +1,7 @@
 #include "session/troubles.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdlib>
 
 #include "session/session_tally.h"
@@ -9,6 +11,7 @@ namespace {
 
 // Signed messages are refused, and invitations end, by the receiver's clock.
 constexpr int64_t kMaxClockDifferenceUs = 5'000'000;
+constexpr std::array<const char*, 4> kStages = {"features", "retrieval", "matching", "mapper"};
 
 bool IsHeard(const HeardProcess& process, double now_s) {
   return now_s - process.heard_s <= kSilentProcessS;
@@ -28,7 +31,8 @@ std::string Photos(int64_t count) {
 // heartbeat_t.problem, which is not empty.
 Trouble TroubleOf(const heartbeat_t& heartbeat) {
   return {heartbeat.service + " on " + heartbeat.host + ": " + heartbeat.problem + ".",
-          "Once that is mended it goes on by itself, and nothing is lost."};
+          "Once that is mended it goes on by itself, and nothing is lost.",
+          "problem/" + heartbeat.instance};
 }
 
 int64_t NumWaitingForMappers(const SessionState& state) {
@@ -48,7 +52,8 @@ int64_t NumWaitingFor(const std::string& service, const SessionState& state) {
 
 Trouble NoWorker(const std::string& service, int64_t num_waiting) {
   return {Photos(num_waiting) + ", and no process of " + service + " is running.",
-          "Start `skein launch` on the session again, or give it a worker: `skein launch --join`."};
+          "Start `skein launch` on the session again, or give it a worker: `skein launch --join`.",
+          "none/" + service};
 }
 
 Trouble ClockApart(const HeardProcess& process) {
@@ -56,7 +61,8 @@ Trouble ClockApart(const HeardProcess& process) {
   return {"The clock of " + process.heartbeat.host + " is " + std::to_string(seconds) + " s " +
               (process.clock_ahead_us > 0 ? "ahead." : "behind."),
           "Set the clocks of all computers of the session by the network, then start " +
-              process.heartbeat.instance + " again."};
+              process.heartbeat.instance + " again.",
+          "clock/" + process.heartbeat.host};
 }
 
 }  // namespace
@@ -75,7 +81,13 @@ StageBacklog BacklogOf(const SessionState& state) {
 Trouble IngestIsSilent() {
   return {"Ingest does not answer: no photo is taken in.",
           "Start `skein launch` on the session again. Until then photos stay where they were "
-          "taken, and none is lost."};
+          "taken, and none is lost.",
+          kSilentIngest};
+}
+
+bool LacksWorker(const HeardProcesses& processes, double now_s) {
+  return std::any_of(kStages.begin(), kStages.end(),
+                     [&](const char* service) { return !RunsAny(processes, service, now_s); });
 }
 
 std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesses& processes,
@@ -88,7 +100,7 @@ std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesse
   if (listened_s >= kSilentProcessS) {
     if (!RunsAny(processes, "ingest", now_s)) troubles.push_back(IngestIsSilent());
     // Photos are counted only where nobody works on them: this is asked once a second.
-    for (const char* service : {"features", "retrieval", "matching", "mapper"}) {
+    for (const char* service : kStages) {
       if (RunsAny(processes, service, now_s)) continue;
       const int64_t num_waiting = NumWaitingFor(service, state);
       if (num_waiting > 0) troubles.push_back(NoWorker(service, num_waiting));

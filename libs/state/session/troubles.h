@@ -14,10 +14,11 @@ namespace skein {
 // Heartbeats come once a second.
 inline constexpr double kSilentProcessS = 5;
 
-// Both are whole sentences.
+// `what` and `remedy` are whole sentences.
 struct Trouble {
   std::string what;
   std::string remedy;
+  std::string key;  // one for a trouble while its figures change, e.g. "none/features"
 };
 
 // Photos that wait for each stage before the mappers.
@@ -28,8 +29,13 @@ struct StageBacklog {
 };
 StageBacklog BacklogOf(const SessionState& state);
 
-// The trouble that ingest does not answer, and its consequence.
+// The trouble that ingest does not answer, and its consequence. Its key is kSilentIngest.
+inline constexpr char kSilentIngest[] = "none/ingest";
 Trouble IngestIsSilent();
+
+// Whether a stage before the map's has no process that is heard. Else FindTroubles looks at no
+// photo.
+bool LacksWorker(const HeardProcesses& processes, double now_s);
 
 // Worst first. `listened_s`: how long the heartbeats of `processes` have been listened to; of
 // processes that were not heard, nothing is said before kSilentProcessS.

@@ -69,6 +69,23 @@ TEST(Troubles, AMissingWorkerIsToldWherePhotosWaitForIt) {
             std::vector<std::string>{"1 photo waits, and no process of features is running."});
 }
 
+TEST(Troubles, AStageWithoutAProcessIsLacking) {
+  HeardProcesses processes = AllProcesses();
+  EXPECT_FALSE(LacksWorker(processes, kNowS));
+  processes["mapper"].heard_s = kNowS - kSilentProcessS - 1;
+  EXPECT_TRUE(LacksWorker(processes, kNowS));
+}
+
+TEST(Troubles, OneKeepsItsKeyWhileItsFiguresChange) {
+  HeardProcesses processes = AllProcesses();
+  const auto key_of = [&](const char* problem) {
+    processes["ingest"].heartbeat.problem = problem;
+    return FindTroubles({}, processes, kNowS, 60).at(0).key;
+  };
+  EXPECT_EQ(key_of("the disk is almost full: 3 MB are free"),
+            key_of("the disk is almost full: 2 MB are free"));
+}
+
 TEST(Troubles, ClocksThatDiffer) {
   HeardProcesses processes = AllProcesses();
   processes["matching"].clock_ahead_us = -65'000'000;
