@@ -22,8 +22,9 @@ class FinishAsker {
   FinishAsker(const FinishAsker&) = delete;
   FinishAsker& operator=(const FinishAsker&) = delete;
 
-  // `within_s`: seconds after which the finish is cut; 0: never. Calls back once: Ok when the
-  // finish has begun, or is under way; kUnavailable where ingest does not answer.
+  // `within_s`: seconds after which the finish is cut; 0: never. On a finish that runs: an earlier
+  // deadline. Calls back once: Ok when the finish has begun, or is under way; kUnavailable where
+  // ingest does not answer.
   void Ask(double within_s, Done done);
 
  private:

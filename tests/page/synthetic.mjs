@@ -142,8 +142,11 @@ const cases = {
     await page.goto(server.url);
     await browser.until('it grows', (s) => s.counts.placed > 2);
     const part = page.locator('.finish_part');
+    await part.locator('input').fill('soon');
+    await part.locator('button').click();
+    await part.filter({ hasText: 'Give minutes, at most 1440, or nothing.' }).waitFor();
     server.tell('unasked');
-    await part.locator('select').selectOption('30');
+    await part.locator('input').fill('0.5');
     await part.locator('button').click();
     await part.filter({ hasText: 'It does not begin: ingest does not answer' }).waitFor();
     server.tell('obey');
@@ -154,6 +157,32 @@ const cases = {
     assert.deepEqual(await contrastFaults(page), {});
     server.tell('go');
     await part.filter({ hasText: 'Finished.' }).waitFor();
+    return server.url;
+  },
+
+  async 'an operator shortens a finish that runs'({ browser, start }) {
+    const server = await start('--speed', '12', '--hold', '38');
+    const { page } = browser;
+    await page.goto(server.url);
+    await browser.until('it finishes', (s) => s.finish?.state === 'requested');
+    const part = page.locator('.finish_part');
+    await part.filter({ hasText: /The last photos are being matched\. Its time is up in \d/ }).waitFor();
+    await part.filter({ hasText: 'ingest: idle' }).waitFor();
+    const button = part.locator('button');
+    assert.deepEqual([await button.textContent(), await button.isDisabled()], ['Shorten', true], 'there is no shorter time than none');
+    await part.locator('input').fill('1');
+    server.tell('unasked');
+    await button.click();
+    await part.filter({ hasText: 'It is not shortened: ingest does not answer' }).waitFor();
+    server.tell('obey');
+    const asked = page.waitForRequest((r) => r.url().endsWith('/api/finish'));
+    await button.click();
+    assert.deepEqual((await asked).postDataJSON(), { within_s: 60 });
+    await picture(page, 'finish_shortened');
+    assert.deepEqual(await contrastFaults(page), {});
+    server.tell('go');
+    await part.filter({ hasText: 'Finished.' }).waitFor();
+    assert.deepEqual([await button.textContent(), await part.locator('input').inputValue()], ['Finish', '']);
     return server.url;
   },
 

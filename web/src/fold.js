@@ -15,7 +15,7 @@ export function emptyState() {
     failedMerges: [], // attempts that found no similarity
     refused: [], // photos that were refused before they had an id
     edges: new Map(), // image id -> Map(other id -> inliers): verified pairs, both ways
-    finish: null, // {finish, state, utime} of the latest one
+    finish: null, // {finish, state, utime, cut, deadline: utime, 0: none} of the latest one
     newestPlaced: 0, // image id
   };
 }
@@ -168,11 +168,12 @@ const folds = {
   },
   finish(state, e) {
     if (e.state === 'deadline' || e.state === 'cut') {
-      if (state.finish && e.state === 'cut') state.finish = { ...state.finish, cut: true };
+      const change = e.state === 'cut' ? { cut: true } : { deadline: e.deadline ?? 0 };
+      if (state.finish) state.finish = { ...state.finish, ...change };
       return;
     }
-    const cut = e.state === 'requested' ? false : Boolean(state.finish?.cut);
-    state.finish = { finish: e.finish, state: e.state, utime: e.t, cut };
+    const { cut, deadline } = e.state === 'requested' ? e : state.finish ?? {};
+    state.finish = { finish: e.finish, state: e.state, utime: e.t, cut: Boolean(cut), deadline: deadline ?? 0 };
   },
 };
 

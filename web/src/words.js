@@ -157,13 +157,29 @@ const kFinishSteps = {
 const kStepNames = Object.keys(kFinishSteps);
 export const kLastFinishStep = kStepNames.length - 1;
 
-// {isRunning, step: null where a later version names a state that this page does not know, words}. finish: of the state, or null.
-export function finishProgress(finish) {
+// {isRunning, step: null where a later version names a state that this page does not know, words}. finish: of the state, or null;
+// utimeNow: null where it is not the present.
+export function finishProgress(finish, utimeNow = null) {
   if (!finish) return { isRunning: false, step: null, words: 'All maps are adjusted and joined once more, checked and written. A time gives the best that there is by then.' };
   const isRunning = finish.state !== 'done';
   const at = kStepNames.indexOf(finish.state);
-  const cut = finish.cut && !isRunning ? ' Its time was up: what was left is left out, and told in the report.' : '';
-  return { isRunning, step: at < 0 ? null : at, words: (kFinishSteps[finish.state]?.now ?? 'It is being finished.') + cut };
+  return { isRunning, step: at < 0 ? null : at, words: (kFinishSteps[finish.state]?.now ?? 'It is being finished.') + deadlineWords(finish, isRunning, utimeNow) };
+}
+
+function deadlineWords({ cut, deadline }, isRunning, utimeNow) {
+  if (!isRunning) return cut ? ' Its time was up: what was left is left out, and told in the report.' : '';
+  if (cut) return ' Its time is up: the maps are written as they are.';
+  if (!deadline || utimeNow === null) return '';
+  return ` Its time is up in ${seconds(Math.max(1, Math.round((deadline - utimeNow) / 1e6)))}: what is not done by then is left out.`;
+}
+
+export const kMostFinishMinutes = 1440;
+
+// Seconds of the field for minutes; 0: as long as it takes. null: not a time that a finish takes.
+export function finishSeconds(text) {
+  if (text.trim() === '') return 0;
+  const minutes = Number(text.replace(',', '.'));
+  return minutes > 0 && minutes <= kMostFinishMinutes ? Math.max(1, Math.round(minutes * 60)) : null;
 }
 
 function finishingSentence(finish) {

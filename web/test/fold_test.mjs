@@ -118,6 +118,16 @@ test('What matched without a verdict is not placed once the session is finished'
   assert.deepEqual([state.finish.state, state.finish.cut], ['done', true]);
 });
 
+test('A finish has the deadline that was set last, and a further finish its own', () => {
+  const events = session(
+    { kind: 'finish', finish: 1, state: 'requested', deadline: 0 }, { kind: 'finish', finish: 1, state: 'drained' },
+    { kind: 'finish', finish: 1, state: 'deadline', deadline: 7e15 }, { kind: 'finish', finish: 1, state: 'settled' },
+    { kind: 'finish', finish: 1, state: 'cut' }, { kind: 'finish', finish: 1, state: 'done' }, { kind: 'finish', finish: 9, state: 'requested' });
+  const deadlines = events.map((_, i) => foldAll(events.slice(0, i + 1)).finish.deadline);
+  assert.deepEqual(deadlines, [0, 0, 7e15, 7e15, 7e15, 7e15, 0]);
+  assert.equal(foldAll(events).finish.cut, false);
+});
+
 test('The strongest verified pair is told, of both photos', () => {
   const state = foldAll(session(photo(1), photo(2), photo(3), { kind: 'matched', image: 3, pairs: [[1, 20], [2, 70]] }));
   assert.deepEqual(bestLink(state, 3), { image: 2, inliers: 70 });

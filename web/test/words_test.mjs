@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
 import { uprightPoint, uprightSize } from '../src/orientation.js';
-import { area, bytes, explain, finishProgress, groups, heapWords, height, kLastFinishStep, length, plural, seconds, volume, whatHappens } from '../src/words.js';
+import { area, bytes, explain, finishProgress, finishSeconds, groups, heapWords, height, kLastFinishStep, length, plural, seconds, volume, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
 const root = new URL('../../', import.meta.url);
@@ -56,6 +56,20 @@ test('Each state of a finish is a step with words, and no state but done looks i
   assert.deepEqual([later.isRunning, later.step], [true, null], 'a state of a later version');
   assert.equal(finishProgress(null).isRunning, false);
   assert.match(finishProgress({ state: 'done', cut: true }).words, /Its time was up/);
+});
+
+test('A finish that runs tells when its time is up, in the present alone', () => {
+  const finish = { state: 'drained', cut: false, deadline: 95e6 };
+  assert.match(finishProgress(finish, 5e6).words, / Its time is up in 90 s: /);
+  assert.match(finishProgress(finish, 96e6).words, / Its time is up in 1\.0 s: /, 'the deadline is by the clock of ingest');
+  assert.doesNotMatch(finishProgress(finish).words, /time/);
+  assert.doesNotMatch(finishProgress({ ...finish, deadline: 0 }, 5e6).words, /time/);
+  assert.match(finishProgress({ ...finish, cut: true }, 5e6).words, / Its time is up: /);
+});
+
+test('Minutes of a finish are seconds; without any it takes as long as it takes', () => {
+  assert.deepEqual(['', ' ', '2', '0.5', '0,5', '0.001', '1440'].map(finishSeconds), [0, 0, 120, 30, 30, 1, 86400]);
+  for (const wrong of ['0', '-1', 'soon', '1441', 'Infinity']) assert.equal(finishSeconds(wrong), null, wrong);
 });
 
 test('What happens is told in a sentence at each moment of a session', () => {

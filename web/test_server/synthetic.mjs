@@ -13,6 +13,7 @@ export function randomOf(seed) {
   };
 }
 
+const kFinishUs = 120e6; // until the finish would be cut
 const kWidth = 1600;
 const kHeight = 1200;
 const kFocal = 1300;
@@ -202,7 +203,9 @@ export function makeSession({ photosEach = 24, numPoints = 30000, seed = 1, star
   add(photos[9].received + 10_000, 'failure', { image: 0, agent: 'anna', name: 'notes.txt', stage: 'ingest', cause: 'unreadable', reason: 'not a JPEG, PNG or TIFF', parked: true });
   add(photos[5].received, 'merge', { merge: 0, state: 'failed', source: 2, target: 1, reason: 'too few common photos', s: 0.02 });
   const last = Math.max(...events.map((e) => e.t));
-  ['requested', 'drained', 'batch', 'settled'].forEach((state, i) => add(last + 1_100_000 * (i + 1), 'finish', { finish: 990, state }));
+  ['requested', 'drained', 'batch', 'settled'].forEach((state, i) => add(last + 1_100_000 * (i + 1), 'finish', {
+    finish: 990, state, ...(state === 'requested' && { deadline: last + kFinishUs }),
+  }));
   add(last + 5_600_000, 'submap', { submap: 1, state: 'final', photos: 45, points: 41000, reason: '', merged_into: 0, error_px: 0.49, expected_error_percent: 0.11 });
   add(last + 6_000_000, 'finish', { finish: 990, state: 'done' });
   events.sort((a, b) => a.t - b.t);

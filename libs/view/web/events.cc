@@ -172,6 +172,9 @@ struct EventMaker {
   json operator()(const finish_t& fact) const {
     json event = Begin(fact.header, "finish");
     event.update({{"finish", fact.finish_id}, {"state", FinishStateName(fact.state)}});
+    if (fact.state == finish_t::REQUESTED || fact.state == finish_t::DEADLINE) {
+      event["deadline"] = fact.deadline_utime_us;
+    }
     return event;
   }
 

@@ -38,6 +38,17 @@ TEST(Events, EachTellsItsPlaceInTheLedger) {
   EXPECT_EQ(event["t"], 1'700'000'000'000'000);
 }
 
+TEST(Events, AFinishTellsItsDeadlineWhereItIsSet) {
+  finish_t finish{};
+  finish.deadline_utime_us = 1'700'000'060'000'000;
+  for (const int8_t state : {finish_t::REQUESTED, finish_t::DEADLINE}) {
+    finish.state = state;
+    EXPECT_EQ(EventOfFact(finish)["deadline"], 1'700'000'060'000'000);
+  }
+  finish.state = finish_t::DONE;
+  EXPECT_FALSE(EventOfFact(finish).contains("deadline"));
+}
+
 TEST(Events, APhotoTellsItsSizeAndWhereItWasTaken) {
   image_t image{};
   image.image_id = 3;

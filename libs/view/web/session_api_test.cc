@@ -374,6 +374,34 @@ TEST_F(SessionApiTest, TheReportComesWithTheFirstFinish) {
   EXPECT_EQ(Get("/api/report").file, folder_ / "report.json");
 }
 
+// While a finish runs, too: ingest takes an earlier deadline then.
+TEST_F(SessionApiTest, AFinishIsAskedForWithItsSeconds) {
+  std::vector<double> asked;
+  source_.finish = [&asked](double within_s, const std::function<void(Status)>& done) {
+    asked.push_back(within_s);
+    done(Status::Ok());
+  };
+  api_ = std::make_unique<SessionApi>(view_, source_, 2);
+  const auto ask = [this](const std::string& body) {
+    HttpRequest request = *ParseTarget("/api/finish");
+    request.method = "POST";
+    request.body = body;
+    std::promise<HttpResponse> answer;
+    api_->Handle(request,
+                 [&answer](HttpResponse response) { answer.set_value(std::move(response)); });
+    return answer.get_future().get().status;
+  };
+  EXPECT_EQ(ask(""), 202);
+  EXPECT_EQ(ask(R"({"within_s": 90.5})"), 202);
+  EXPECT_EQ(ask(R"({"within_s": 30})"), 202);
+  EXPECT_EQ(asked, (std::vector<double>{0, 90.5, 30}));
+  for (const char* wrong :
+       {R"({"within_s": -1})", R"({"within_s": 1e6})", R"({"within_s": "soon"})", "[", "[1]"}) {
+    EXPECT_EQ(ask(wrong), 400) << wrong;
+  }
+  EXPECT_EQ(asked.size(), 3u);
+}
+
 TEST_F(SessionApiTest, MetricsAreThoseOfTheSession) {
   const HttpResponse response = Get("/metrics");
   EXPECT_EQ(response.status, 200);
