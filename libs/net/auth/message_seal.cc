@@ -81,13 +81,15 @@ size_t SizeWithoutTrailer(const Bytes& message) {
 }
 
 // A counter is the time in nanoseconds, and one more than the last where the clock stood or was set
-// back. So several processes may use one key. Those that begin after `used` begin apart.
+// back. So several processes may use one key. Those that begin after `used` begin apart. The clock
+// tells microseconds: each process has a nanosecond of its own, with a probability of 0.999.
 MessageSeal::MessageSeal(SessionTrust trust, Credential credential, SignerCounters used,
                          ClockUs now_us)
     : trust_(std::move(trust)),
       credential_(std::move(credential)),
       used_(std::move(used)),
       now_us_(std::move(now_us)),
+      own_ns_(RandomU64() % 1000),
       counter_(0) {
   SessionNumber(trust_.session_id);
   const auto own = used_.find(credential_.certificate.public_key);
@@ -99,7 +101,7 @@ void MessageSeal::SetRevoked(std::function<bool(const std::string& name)> is_rev
 }
 
 Bytes MessageSeal::Seal(const std::string& channel, const Bytes& message) {
-  counter_ = std::max(counter_ + 1, static_cast<uint64_t>(now_us_()) * 1000);
+  counter_ = std::max(counter_ + 1, static_cast<uint64_t>(now_us_()) * 1000 + own_ns_);
   ByteWriter out;
   out.PutRaw(message.data(), message.size());
   out.Put(SessionNumber(trust_.session_id));

@@ -84,6 +84,7 @@ class MessageSeal {
   const Credential credential_;
   SignerCounters used_;
   const ClockUs now_us_;
+  const uint64_t own_ns_;  // below 1000, by chance
   uint64_t counter_;
   std::function<bool(const std::string&)> is_revoked_;
   std::map<PublicKey, Signer> signers_;  // at most kMaxSigners
