@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "clients/sim/scene.h"
+#include "clients/places/scene.h"
 #include "depth/depth_map.h"
 
 namespace skein {

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "benchmark/guidance/feedback_quality.h"
-#include "clients/sim/random.h"
+#include "clients/places/random.h"
 #include "guidance/depth_grid.h"
 #include "guidance/surfel_views.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/sim/parallel.h"
+#include "clients/places/parallel.h"
 #include "core/statistics.h"
 
 namespace skein {

@@ -10,7 +10,7 @@
 #include <stdexcept>
 
 #include "benchmark/support/undistortion.h"
-#include "clients/sim/parallel.h"
+#include "clients/places/parallel.h"
 #include "codecs/image_decoding.h"
 #include "core/file.h"
 #include "features/photo_texture.h"

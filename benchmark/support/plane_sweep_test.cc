@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
-#include "clients/sim/render.h"
-#include "clients/sim/test_places.h"
+#include "clients/places/render.h"
+#include "clients/places/test_places.h"
 #include "core/statistics.h"
 
 namespace skein::plane_sweep_test {

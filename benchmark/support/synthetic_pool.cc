@@ -11,8 +11,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "clients/sim/parallel.h"
-#include "clients/sim/render.h"
+#include "clients/places/parallel.h"
+#include "clients/places/render.h"
 #include "features/photo_texture.h"
 
 namespace skein {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "benchmark/support/photo_pool.h"
-#include "clients/sim/random.h"
+#include "clients/places/random.h"
 #include "clients/sim/scenario.h"
 
 namespace skein {

@@ -8,8 +8,8 @@
 #include "benchmark/support/dense_cloud.h"
 #include "benchmark/support/point_grid.h"
 #include "benchmark/support/surface_distance.h"
-#include "clients/sim/random.h"
-#include "clients/sim/truth.h"
+#include "clients/places/random.h"
+#include "clients/places/truth.h"
 #include "core/statistics.h"
 #include "testing/test_folder.h"
 

@@ -5,9 +5,9 @@
 #include <cstdio>
 #include <utility>
 
-#include "clients/sim/crowd.h"
-#include "clients/sim/parallel.h"
-#include "clients/sim/random.h"
+#include "clients/places/crowd.h"
+#include "clients/places/parallel.h"
+#include "clients/places/random.h"
 #include "core/angles.h"
 
 namespace skein::sim {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "clients/sim/effects.h"
-#include "clients/sim/render.h"
+#include "clients/places/effects.h"
+#include "clients/places/render.h"
 #include "clients/sim/scenario.h"
 #include "codecs/photo_encoding.h"
 

@@ -3,11 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-
-#include "clients/sim/test_places.h"
-#include "clients/sim/truth.h"
 
 namespace skein::sim {
 namespace capture_test {
@@ -124,23 +119,6 @@ TEST(Crowd, EveryPhotoHasACameraOfItsOwn) {
     EXPECT_LT(half, 75);
   }
   EXPECT_GT(with_people, 90);
-}
-
-TEST(Truth, TracksLeaveOutPhotosWhereAPasserByHidesThePoint) {
-  const std::filesystem::path folder =
-      std::filesystem::path(testing::TempDir()) / "skein_sim_truth_test";
-  const Place place = PlateBeforeWall({0, 4.9f, 0});
-  const std::vector<Camera> cameras = {{160, 120, 140, 0}};
-  const Pose left = LookAt({-0.3, 0, 0}, {0, 5, 0}, 0), right = LookAt({0.3, 0, 0}, {0, 5, 0}, 0);
-  const auto num_points = [&](const Scene& moving) {
-    WriteTruth(folder.string(), place, cameras, {{"a/1", 0, left, {}}, {"a/2", 0, right, moving}},
-               1, 1);
-    std::ifstream file(folder / "points3D.txt");
-    return std::count(std::istreambuf_iterator<char>(file), {}, '\n');
-  };
-  EXPECT_GT(num_points(Scene()), 200);
-  EXPECT_EQ(num_points(Scene({FacingSouth({0.3f, 1, 0}, 5, 0)})), 0);
-  std::filesystem::remove_all(folder);
 }
 
 }  // namespace capture_test

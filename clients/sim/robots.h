@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "clients/places/place.h"
 #include "clients/sim/capture.h"
-#include "clients/sim/place.h"
 #include "geometry/sim3_similarity.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"

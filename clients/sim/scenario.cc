@@ -4,11 +4,11 @@
 #include <cmath>
 #include <utility>
 
-#include "clients/sim/crowd.h"
-#include "clients/sim/indoors.h"
-#include "clients/sim/outdoors.h"
-#include "clients/sim/plain_room.h"
-#include "clients/sim/random.h"
+#include "clients/places/crowd.h"
+#include "clients/places/indoors.h"
+#include "clients/places/outdoors.h"
+#include "clients/places/plain_room.h"
+#include "clients/places/random.h"
 #include "clients/sim/video_walk.h"
 
 namespace skein::sim {

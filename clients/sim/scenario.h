@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "clients/sim/camera.h"
-#include "clients/sim/place.h"
+#include "clients/places/camera.h"
+#include "clients/places/place.h"
 
 namespace skein::sim {
 

@@ -8,11 +8,11 @@
 #include <thread>
 
 #include "clients/client_node.h"
+#include "clients/places/parallel.h"
+#include "clients/places/truth.h"
 #include "clients/progress_bar.h"
-#include "clients/sim/parallel.h"
 #include "clients/sim/publish.h"
 #include "clients/sim/robots.h"
-#include "clients/sim/truth.h"
 #include "clients/subcommand.h"
 #include "event_loop/worker_thread.h"
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "clients/sim/random.h"
+#include "clients/places/random.h"
 
 namespace skein::sim {
 namespace {

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
-#include "clients/sim/camera.h"
+#include "clients/places/camera.h"
 
 namespace skein::sim {
 

@@ -16,7 +16,7 @@ for line in open(os.path.join(root, 'tests/static/layers.txt')):
 FLOORS = re.search(r'set\(SKEIN_FLOORS ([a-z ]+)\)', open(os.path.join(root, 'cmake/SkeinTargets.cmake')).read())[1].split()
 def room(path):
     parts = path.split('/')
-    depth = 2 if parts[0] == 'services' or parts[:2] == ['libs', 'testing'] else 3 if parts[0] == 'libs' else 1
+    depth = 2 if parts[0] == 'services' or parts[:2] in (['libs', 'testing'], ['clients', 'places']) else 3 if parts[0] == 'libs' else 1
     return '/'.join(parts[:depth])
 
 errors = []
