@@ -26,13 +26,13 @@
 #include "benchmark/depth/depth_truth.h"
 #include "benchmark/support/point_grid.h"
 #include "benchmark/support/surface_distance.h"
+#include "benchmark/support/volume_over_plane.h"
 #include "clients/places/outdoors.h"
 #include "clients/places/solids.h"
 #include "core/statistics.h"
 #include "depth/depth_scene.h"
 #include "geometry/pose_evaluation.h"
 #include "sfm/model_files.h"
-#include "surface/volume_over_plane.h"
 
 namespace skein {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "core/clock.h"
-#include "mapper/shape_telling_mapper.h"
+#include "testing/shape_telling_mapper.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein {

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 
 #include "clients/places/render.h"
-#include "clients/places/test_places.h"
 #include "core/statistics.h"
+#include "testing/test_plate.h"
 
 namespace skein::plane_sweep_test {
 

@@ -7,9 +7,9 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "core/file.h"
-#include "depth/wall_photos.h"
 #include "testing/test_folder.h"
 #include "testing/test_tiff.h"
+#include "testing/wall_photos.h"
 
 namespace skein::dense_folder_test {
 

@@ -6,7 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "clients/places/render.h"
-#include "clients/places/test_places.h"
+#include "testing/test_plate.h"
 
 namespace skein::sim {
 namespace effects_test {

@@ -7,7 +7,7 @@
 
 #include "clients/places/camera.h"
 #include "clients/places/solids.h"
-#include "clients/places/test_places.h"
+#include "testing/test_plate.h"
 
 namespace skein::sim {
 namespace render_test {

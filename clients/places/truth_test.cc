@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "clients/places/test_places.h"
+#include "testing/test_plate.h"
 
 namespace skein::sim {
 namespace truth_test {

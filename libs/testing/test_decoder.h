@@ -10,7 +10,7 @@
 
 namespace skein {
 
-// A program that fails in the way that its name says (photo/faulty_decoder_main.cc).
+// A program that fails in the way that its name says (faulty_decoder_main.cc).
 class FaultyDecoder {
  public:
   explicit FaultyDecoder(const std::string& how) {

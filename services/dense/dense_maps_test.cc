@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "dense/test_wall.h"
 #include "formats/dense.h"
+#include "testing/test_wall.h"
 
 namespace skein::dense_maps_test {
 

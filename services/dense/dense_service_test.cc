@@ -2,11 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include "dense/test_wall.h"
 #include "shapes/dense_follower.h"
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
 #include "testing/test_shape.h"
+#include "testing/test_wall.h"
 
 namespace skein::dense_service_test {
 

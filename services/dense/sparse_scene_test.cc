@@ -4,7 +4,7 @@
 
 #include <limits>
 
-#include "dense/test_wall.h"
+#include "testing/test_wall.h"
 
 namespace skein::sparse_scene_test {
 

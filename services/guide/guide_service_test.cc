@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "guide/test_place.h"
 #include "testing/test_node.h"
+#include "testing/test_place.h"
 #include "testing/test_shape.h"
 
 namespace skein::guide_service_test {

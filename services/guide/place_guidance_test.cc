@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "guide/test_place.h"
+#include "testing/test_place.h"
 
 namespace skein::place_guidance_test {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "guidance/test_poses.h"
+#include "testing/test_poses.h"
 
 namespace skein::sentences_test {
 

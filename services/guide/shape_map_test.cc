@@ -9,7 +9,7 @@
 #include <tuple>
 #include <vector>
 
-#include "guide/test_place.h"
+#include "testing/test_place.h"
 
 namespace skein::shape_map_test {
 

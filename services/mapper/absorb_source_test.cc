@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "mapping/submap_rig_test.h"
 #include "sfm/model_io.h"
+#include "testing/submap_rig.h"
 
 namespace skein::absorb_source_test {
 

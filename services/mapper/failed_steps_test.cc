@@ -2,8 +2,8 @@
 #include <ostream>
 #include <stdexcept>
 
-#include "mapper/mapper_service_rig_test.h"
 #include "session/submap_steps.h"
+#include "testing/mapper_service_rig.h"
 
 namespace skein::failed_steps_test {
 

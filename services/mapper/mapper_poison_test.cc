@@ -1,7 +1,7 @@
 #include <cmath>
 #include <ostream>
 
-#include "mapper/mapper_service_rig_test.h"
+#include "testing/mapper_service_rig.h"
 
 namespace skein::mapper_poison_test {
 

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "mapper/shape_telling_mapper.h"
+#include "testing/shape_telling_mapper.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein::shape_teller_test {

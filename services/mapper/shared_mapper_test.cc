@@ -1,4 +1,4 @@
-#include "mapper/mapper_service_rig_test.h"
+#include "testing/mapper_service_rig.h"
 
 namespace skein::shared_mapper_test {
 

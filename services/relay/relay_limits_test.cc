@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "relay/raw_client.h"
 #include "relay/relay.h"
+#include "testing/raw_client.h"
 #include "testing/test_process.h"
 #include "transport/link.h"
 

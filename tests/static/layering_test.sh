@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Each folder links and includes only what layers.txt allows it: checked in CMake's own link graph and in
 # the #include lines. Benchmarks may use every library and the algorithms of the services. Tests may use more.
+# A header that only tests and benchmarks include stands in libs/testing or benchmark/, never in a product folder.
 # COLMAP is included by libs/scene/sfm/colmap_api.h alone, and that by .cc files of libs/scene/sfm.
 source "$(dirname "$0")/../harness.sh"
 python3 - "$SKEIN_ROOT" "$SKEIN_BUILD/link_graph.txt" <<'PY' || fail "see above: layers.txt says what may be used"
@@ -42,21 +43,37 @@ for target, links in links_of.items():
         if used is None or used != user and used not in allowed.get(user, ()):
             errors.append(f'{target} ({user}) links {link} ({used})')
 
+PREFIXES = (*(f'libs/{floor}/' for floor in FLOORS), 'libs/', 'services/', '')
+def find(include):
+    return next((prefix + include for prefix in PREFIXES if os.path.exists(os.path.join(root, prefix + include))), None)
+
 num_includes = 0
+headers_of = {}
 for top in ('libs', 'services', 'clients'):
     for folder, _, names in os.walk(os.path.join(root, top)):
         for name in names:
-            if not name.endswith(('.h', '.cc')) or re.search(r'_test\.', name) or folder.endswith('libs/testing'): continue
+            if not name.endswith(('.h', '.cc')) or re.search(r'_test\.cc', name) or folder.endswith('libs/testing'): continue
             path = os.path.relpath(os.path.join(folder, name), root)
             user = room(path)
-            for include in re.findall(r'^#include "([^"]+)"', open(os.path.join(root, path)).read(), re.M):
-                used = 'lcmtypes' if include.startswith('skein/') else None
-                for prefix in (*(f'libs/{floor}/' for floor in FLOORS), 'libs/', 'services/', ''):
-                    if os.path.exists(os.path.join(root, prefix + include)): used = room(prefix + include); break
+            includes = re.findall(r'^#include "([^"]+)"', open(os.path.join(root, path)).read(), re.M)
+            headers_of[path] = {find(include) for include in includes}
+            for include in includes:
+                header = find(include)
+                used = 'lcmtypes' if include.startswith('skein/') else room(header) if header else None
                 if used is None or used == user: continue
                 num_includes += 1
                 if include == 'map/map_access.h': errors.append(f'{path} changes a map past SceneMap')
                 if used not in allowed.get(user, ()): errors.append(f'{path} includes {include} ({used})')
+
+# Headers that a source of a product reaches; its own does not count: foo.cc includes foo.h.
+reached, todo = set(), [path for path in headers_of if path.endswith('.cc')]
+while todo:
+    path = todo.pop()
+    found = headers_of.get(path, set()) - reached - {None, path[:-3] + '.h'}
+    reached |= found
+    todo += found
+errors += [f'{path} is included by tests and benchmarks alone: libs/testing' for path in sorted(headers_of)
+           if path.endswith('.h') and path not in reached]
 COLMAP = r'^\s*#\s*include\s*[<"](?:skein_colmap/)?(?:colmap|base|estimators|feature|optim|util)/[^">]*[">]'
 names_colmap = set()
 for top in ('libs', 'services', 'clients', 'benchmark', 'tests'):

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "depth/wall_photos.h"
+#include "testing/wall_photos.h"
 
 namespace skein::depth_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "depth/consistency.h"
-#include "depth/wall_photos.h"
+#include "testing/wall_photos.h"
 
 namespace skein::depth_test {
 namespace {

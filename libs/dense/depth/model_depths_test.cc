@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <string>
 
-#include "depth/wall_photos.h"
 #include "testing/test_folder.h"
+#include "testing/wall_photos.h"
 
 namespace skein::depth_test {
 namespace {

@@ -4,7 +4,7 @@
 
 #include <numeric>
 
-#include "depth/wall_photos.h"
+#include "testing/wall_photos.h"
 
 namespace skein::depth_test {
 namespace {

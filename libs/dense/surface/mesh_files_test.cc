@@ -12,7 +12,7 @@
 #include <stdexcept>
 
 #include "surface/model_mesh.h"
-#include "surface/wall_maps.h"
+#include "testing/wall_maps.h"
 
 namespace skein::surface_test {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "surface/wall_maps.h"
+#include "testing/wall_maps.h"
 
 namespace skein::surface_test {
 namespace {

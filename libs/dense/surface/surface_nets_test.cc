@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "surface/wall_maps.h"
+#include "testing/wall_maps.h"
 
 namespace skein::surface_test {
 namespace {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "surface/wall_maps.h"
+#include "testing/wall_maps.h"
 
 namespace skein::surface_test {
 namespace {

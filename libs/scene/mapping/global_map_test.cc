@@ -5,7 +5,7 @@
 #include <random>
 
 #include "mapping/global_positions.h"
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::global_map_test {
 

@@ -6,9 +6,9 @@
 
 #include "map/filters.h"
 #include "map/image_pose.h"
-#include "mapping/submap_rig_test.h"
 #include "sfm/pose.h"
 #include "sfm/projection.h"
+#include "testing/submap_rig.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 

@@ -3,7 +3,7 @@
 #include <numeric>
 #include <vector>
 
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_batch_test {
 

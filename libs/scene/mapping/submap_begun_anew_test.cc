@@ -2,7 +2,7 @@
 
 #include <set>
 
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_begun_anew_test {
 

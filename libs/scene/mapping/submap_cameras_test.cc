@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "mapping/checkpoint.h"
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_cameras_test {
 

@@ -8,7 +8,7 @@
 #include "map/filters.h"
 #include "map/points_anew.h"
 #include "mapping/checkpoint.h"
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_finish_test {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_registration_test {
 

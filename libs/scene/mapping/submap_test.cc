@@ -3,8 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "mapping/checkpoint.h"
-#include "mapping/submap_rig_test.h"
 #include "sfm/model_io.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_test {
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <vector>
 
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::submap_twins_test {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/limits.h"
-#include "mapping/submap_rig_test.h"
+#include "testing/submap_rig.h"
 
 namespace skein::supported_photos_test {
 

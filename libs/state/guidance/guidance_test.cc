@@ -8,7 +8,7 @@
 #include "guidance/quality.h"
 #include "guidance/stations.h"
 #include "guidance/surface.h"
-#include "guidance/test_site.h"
+#include "testing/test_site.h"
 
 namespace skein::guidance_test {
 

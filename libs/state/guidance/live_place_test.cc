@@ -9,7 +9,7 @@
 #include <tuple>
 #include <vector>
 
-#include "guidance/test_poses.h"
+#include "testing/test_poses.h"
 
 namespace skein::live_place_test {
 

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "guidance/test_poses.h"
+#include "testing/test_poses.h"
 
 namespace skein::sights_test {
 

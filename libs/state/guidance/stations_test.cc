@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "guidance/test_site.h"
+#include "testing/test_site.h"
 
 namespace skein::stations_test {
 

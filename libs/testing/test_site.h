@@ -9,7 +9,7 @@
 #include "core/angles.h"
 #include "guidance/quality.h"
 #include "guidance/stations.h"
-#include "guidance/test_poses.h"
+#include "testing/test_poses.h"
 
 namespace skein {
 

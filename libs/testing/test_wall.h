@@ -1,5 +1,5 @@
 // For tests: a textured wall, photographed from a row of viewpoints, as the shape that its mapper
-// publishes. The unit of the photos' depth is that of libs/dense/depth/wall_photos.h times `scale`.
+// publishes. The unit of the photos' depth is that of wall_photos.h times `scale`.
 #pragma once
 
 #include <map>
@@ -8,10 +8,10 @@
 #include <random>
 #include <vector>
 
-#include "depth/wall_photos.h"
 #include "formats/shape.h"
 #include "sfm/camera.h"
 #include "shapes/shape_store.h"
+#include "testing/wall_photos.h"
 
 namespace skein {
 

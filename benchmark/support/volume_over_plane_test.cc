@@ -1,4 +1,4 @@
-#include "surface/volume_over_plane.h"
+#include "benchmark/support/volume_over_plane.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <functional>
 #include <random>
 
-namespace skein::surface_test {
+namespace skein::volume_over_plane_test {
 namespace {
 
 using Eigen::Vector3d;
@@ -110,4 +110,4 @@ TEST(VolumeOverPlane, NeedsAPolygonAndPoints) {
 }
 
 }  // namespace
-}  // namespace skein::surface_test
+}  // namespace skein::volume_over_plane_test

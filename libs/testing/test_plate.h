@@ -1,4 +1,4 @@
-// Places of known answers, for tests.
+// For tests: a plate before a wall, of which everything is known.
 #pragma once
 
 #include "clients/places/place.h"

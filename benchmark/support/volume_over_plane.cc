@@ -1,4 +1,4 @@
-#include "surface/volume_over_plane.h"
+#include "benchmark/support/volume_over_plane.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "depth/ground_grid.h"
-#include "depth/wall_photos.h"
+#include "testing/wall_photos.h"
 
 namespace skein::surface_test {
 
