@@ -18,10 +18,10 @@
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/process.h"
+#include "invite/browser_link.h"
+#include "invite/qr_code.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
-#include "web/browser_link.h"
-#include "web/qr_code.h"
 
 namespace skein {
 namespace {

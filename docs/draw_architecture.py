@@ -21,8 +21,10 @@ STAGES = [
 # The floors of libs/ from the top; column and row of each room in its floor.
 FLOORS = {
     'view': {
-        'web': (0, 0, 'the live view: server, events'),
-        'export': (1, 0, 'models for other programs')},
+        'web': (1, 0, 'the live view: what it shows'),
+        'export': (0, 1, 'models for other programs'),
+        'http': (1, 1, 'the live view: server'),
+        'invite': (2, 1, 'links and QR codes')},
     'state': {
         'shapes': (0, 0, 'maps, as their mappers tell them'),
         'session': (1, 0, 'the ledger, folded'),

@@ -12,13 +12,13 @@
 #include "core/json_depth.h"
 #include "core/log.h"
 #include "event_loop/poll_loop.h"
+#include "http/web_server.h"
 #include "ledger/ledger_store.h"
 #include "ledger/session_folder.h"
 #include "session/guidance_json.h"
 #include "web/page_shape.h"
 #include "web/session_api.h"
 #include "web/status_message.h"
-#include "web/web_server.h"
 
 namespace skein {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "core/folder.h"
 #include "core/hash.h"
+#include "http/job_pool.h"
 #include "testing/test_folder.h"
 #include "testing/test_node.h"
-#include "web/job_pool.h"
 
 namespace skein::upload_desk_test {
 

@@ -10,8 +10,8 @@
 #include "auth/web_pass.h"
 #include "core/clock.h"
 #include "core/process.h"
+#include "invite/browser_link.h"
 #include "ledger/session_folder.h"
-#include "web/browser_link.h"
 
 namespace skein {
 namespace {

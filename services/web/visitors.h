@@ -7,10 +7,10 @@
 
 #include "auth/revocations.h"
 #include "auth/web_certificate.h"
+#include "http/web_server.h"
 #include "node/node.h"
 #include "web/session_source.h"
 #include "web/web_options.h"
-#include "web/web_server.h"
 
 namespace skein {
 

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "core/result.h"
+#include "http/web_server.h"
 #include "web/upload_store.h"
-#include "web/web_server.h"
 
 namespace CLI {
 class App;

@@ -5,9 +5,9 @@
 
 #include "core/counted.h"
 #include "core/log.h"
+#include "http/static_files.h"
 #include "ledger/session_folder.h"
 #include "web/page_shape.h"
-#include "web/static_files.h"
 
 namespace skein {
 namespace {
@@ -64,6 +64,7 @@ WebService::WebService(Node& node, const WebOptions& options)
     if (options.is_public()) {
       uploads_ = std::make_unique<UploadStore>(SessionPaths{node.options().session_dir}.Uploads(),
                                                options.uploads, run_job);
+      uploads_api_ = std::make_unique<UploadsApi>(view_, *uploads_, *upload_jobs_, News());
     }
     finish_asker_ = std::make_unique<FinishAsker>(node, [this](int64_t command_id) {
       return view_.With([&](const SessionRecord& session) {
@@ -142,7 +143,11 @@ void WebService::StartServer() {
   server.session_id = node_.session_id();
   if (visitors_) visitors_->LetIn(&server);
   Uploads uploads;
-  uploads.make_sink = [this](const HttpRequest& request) { return api_->MakeSink(request); };
+  if (uploads_api_) {
+    uploads.make_sink = [this](const HttpRequest& request) {
+      return uploads_api_->MakeSink(request);
+    };
+  }
   uploads.agent_of_photo = [this](int64_t image_id) { return api_->AgentOfPhoto(image_id); };
   Result<std::unique_ptr<WebServer>> started = WebServer::Start(
       server, view_.events(),
@@ -162,6 +167,14 @@ void WebService::StartServer() {
   }
 }
 
+UploadNews WebService::News() {
+  UploadNews news;
+  news.has_read_ledger = [this] { return has_read_ledger_.load(); };
+  news.advice = [this](const std::string& agent) { return AdviceFor(agent); };
+  news.troubles = [this] { return Troubles(); };
+  return news;
+}
+
 SessionSource WebService::Source() {
   SessionSource source;
   source.session_id = node_.session_id();
@@ -171,7 +184,6 @@ SessionSource WebService::Source() {
   source.fetch = [this](const std::string& blob_id, const std::string& owner,
                         SessionSource::Done done) { Fetch(blob_id, owner, std::move(done)); };
   source.may_use_model = [this](int64_t submap_id) { return shapes_->MayUseModel(submap_id); };
-  source.advice = [this](const std::string& agent) { return AdviceFor(agent); };
   source.troubles = [this] { return Troubles(); };
   source.processes = [this] { return ProcessesHeard(); };
   source.has_read_ledger = [this] { return has_read_ledger_.load(); };
@@ -189,8 +201,9 @@ SessionSource WebService::Source() {
 // Of other hosts.
 void WebService::AddVisitors(SessionSource* source) {
   source->addresses = visitors_->addresses();
-  source->uploads = uploads_.get();
-  source->upload_jobs = upload_jobs_.get();
+  source->uploads = [this](const std::string& name, const HttpRequest& request, Respond respond) {
+    uploads_api_->Handle(name, request, std::move(respond));
+  };
   source->invite = [this](Role role, const std::string& name) {
     return visitors_->Invite(role, name, 0);
   };

@@ -9,19 +9,20 @@
 #include <vector>
 
 #include "event_loop/alive.h"
+#include "http/job_pool.h"
+#include "http/web_server.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
 #include "shapes/dense_follower.h"
 #include "shapes/shape_follower.h"
 #include "web/finish_asker.h"
-#include "web/job_pool.h"
 #include "web/session_api.h"
 #include "web/session_view.h"
 #include "web/status_message.h"
 #include "web/upload_desk.h"
+#include "web/uploads_api.h"
 #include "web/visitors.h"
 #include "web/web_options.h"
-#include "web/web_server.h"
 
 namespace skein {
 
@@ -39,6 +40,7 @@ class WebService {
 
  private:
   SessionSource Source();
+  UploadNews News();
   void AddVisitors(SessionSource* source);
   ShapeFollowerOptions FollowShapes();
   std::unique_ptr<DenseFollower> FollowDense();
@@ -59,8 +61,9 @@ class WebService {
   std::atomic<bool> has_read_ledger_{false};  // once
   std::optional<Visitors> visitors_;          // with a pass; none: no pass counts
   std::unique_ptr<UploadStore> uploads_;      // null: nobody comes from other hosts
+  std::unique_ptr<UploadsApi> uploads_api_;   // of `uploads_`
   std::unique_ptr<SessionApi> api_;
-  std::unique_ptr<JobPool> upload_jobs_;  // use both, and look who was revoked
+  std::unique_ptr<JobPool> upload_jobs_;  // use all three, and look who was revoked
   std::unique_ptr<ShapeFollower> shapes_;
   std::unique_ptr<DenseFollower> dense_;
   std::unique_ptr<WebServer> server_;

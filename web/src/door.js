@@ -3,7 +3,7 @@ import { sentence } from './words.js';
 
 const kAskAgain = 'Ask whoever runs the session for a new one, a link or a QR code, and open it here.';
 
-// [words of a server's reason (libs/net/auth/web_pass.cc, libs/view/web/guests.cc, access.cc), title, help]
+// [words of a server's reason (libs/net/auth/web_pass.cc, libs/view/http/guests.cc, access.cc), title, help]
 const kReasons = [
   ['was revoked', 'Invitation revoked', kAskAgain],
   ['has expired', 'Invitation expired', kAskAgain],

@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import { test } from 'node:test';
 import { doorOf, keepsNothing, kUnreachable } from '../src/door.js';
 
-const sources = ['libs/net/auth/web_pass.cc', 'libs/view/web/guests.cc', 'libs/view/web/access.cc']
+const sources = ['libs/net/auth/web_pass.cc', 'libs/view/http/guests.cc', 'libs/view/http/access.cc']
   .map((path) => readFileSync(new URL(`../../${path}`, import.meta.url), 'utf8').replace(/"\s*\n\s*"/g, '')).join('\n');
 
 // What the server says, as its source has it, and the title that a visitor reads.

@@ -9,7 +9,7 @@
 
 #include "core/bytes.h"
 #include "core/result.h"
-#include "web/http.h"
+#include "http/http.h"
 
 namespace skein {
 

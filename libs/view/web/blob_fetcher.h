@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "core/bytes.h"
-#include "web/http.h"
-#include "web/job_pool.h"
+#include "http/http.h"
+#include "http/job_pool.h"
 #include "web/session_source.h"
 
 namespace skein {

@@ -4,9 +4,9 @@
 
 #include <atomic>
 
+#include "http/http.h"
 #include "web/api_answers.h"
 #include "web/blob_fetcher.h"
-#include "web/http.h"
 #include "web/session_view.h"
 
 namespace skein {

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 
+#include "http/http.h"
+#include "http/job_pool.h"
 #include "web/api_answers.h"
 #include "web/blob_fetcher.h"
-#include "web/http.h"
-#include "web/job_pool.h"
 #include "web/session_source.h"
 #include "web/session_view.h"
 #include "web/thumbnails.h"

@@ -9,10 +9,10 @@
 #include "core/clock.h"
 #include "core/file_below.h"
 #include "core/version.h"
+#include "invite/qr_code.h"
 #include "ledger/session_folder.h"
 #include "transport/invitation.h"
 #include "web/metrics.h"
-#include "web/qr_code.h"
 
 namespace skein {
 namespace {
@@ -62,7 +62,6 @@ SessionApi::SessionApi(const SessionView& view, SessionSource source, int num_th
       blobs_(source_.fetch, pool_),
       submaps_(view_, source_, blobs_),
       photos_(view_, source_, blobs_, pool_),
-      uploads_(view_, source_),
       downloads_(view_, blobs_),
       pool_(num_threads, kMoreThreads) {}
 
@@ -85,7 +84,10 @@ void SessionApi::HandleApi(const PathParts& parts, const HttpRequest& request, R
   const std::string what = parts.empty() ? "" : parts.front();
   const bool alone = parts.size() == 1;
   if (what == "session" && alone) return GetSession(request, respond);
-  if (what == "uploads" && parts.size() == 2) return uploads_.Handle(parts, request, respond);
+  if (what == "uploads" && parts.size() == 2) {
+    if (!source_.uploads) return respond(HttpError(404, "nothing is uploaded here"));
+    return source_.uploads(parts[1], request, std::move(respond));
+  }
   if (what == "invitations" && alone) return Invite(request, respond);
   if (what == "finish" && alone) return AskToFinish(request, respond);
   if (what == "events" && alone) return GetEvents(request, respond);
@@ -116,14 +118,6 @@ void SessionApi::GetSession(const HttpRequest& request, Respond respond) const {
                            {"fingerprint", source_.addresses.fingerprint}};
   }
   respond(JsonResponse(answer.dump(-1, ' ', false, json::error_handler_t::replace)));
-}
-
-std::shared_ptr<BodySink> SessionApi::MakeSink(const HttpRequest& request) {
-  PathParts parts = SplitPath(request.path);
-  const bool is_upload = parts.size() == 3 && parts[0] == "api" && parts[1] == "uploads";
-  if (!is_upload) return nullptr;
-  parts.erase(parts.begin());
-  return uploads_.MakeSink(parts, request);
 }
 
 std::string SessionApi::AgentOfPhoto(int64_t image_id) const {

@@ -6,18 +6,17 @@
 #include <memory>
 #include <string>
 
+#include "http/http.h"
+#include "http/job_pool.h"
+#include "http/static_files.h"
 #include "shapes/shape_store.h"
 #include "web/api_answers.h"
 #include "web/blob_fetcher.h"
 #include "web/downloads.h"
-#include "web/http.h"
-#include "web/job_pool.h"
 #include "web/photos_api.h"
 #include "web/session_source.h"
 #include "web/session_view.h"
-#include "web/static_files.h"
 #include "web/submaps_api.h"
-#include "web/uploads_api.h"
 
 namespace skein {
 
@@ -35,7 +34,6 @@ class SessionApi {
 
   // For a WebServer.
   void Handle(const HttpRequest& request, Respond respond);
-  std::shared_ptr<BodySink> MakeSink(const HttpRequest& request);
   // "" if there is no such photo.
   std::string AgentOfPhoto(int64_t image_id) const;
 
@@ -54,7 +52,6 @@ class SessionApi {
   BlobFetcher blobs_;
   SubmapsApi submaps_;
   PhotosApi photos_;
-  UploadsApi uploads_;
   Downloads downloads_;
   JobPool pool_;  // last: its jobs use the rest
 };

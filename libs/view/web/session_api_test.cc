@@ -450,43 +450,14 @@ TEST_F(SessionApiTest, PhotosThatTheDiskHoldsUpHoldUpNothingElse) {
   for (std::promise<HttpResponse>& photo : photos) EXPECT_EQ(photo.get_future().get().status, 404);
 }
 
-// A web server that has just begun knows of no photo.
-TEST_F(SessionApiTest, NoPhotoIsUnknownBeforeTheLedgerIsRead) {
-  JobPool jobs(1);
-  UploadStore store(folder_ / "uploads", {},
-                    [&jobs](std::function<void()> job) { jobs.Run(std::move(job)); });
-  std::atomic<bool> has_read_ledger{false};
-  source_.uploads = &store;
-  source_.upload_jobs = &jobs;
-  source_.has_read_ledger = [&has_read_ledger] { return has_read_ledger.load(); };
-  SessionApi api(view_, source_, 2);
-  const auto ask = [&api](const std::string& method, const std::string& path,
-                          const std::string& photo) {
-    HttpRequest request = *ParseTarget(path);
-    request.method = method;
-    request.visitor.name = "alice";
-    request.body = json({{"photos", json::array({json::array({photo, "a.jpg"})})}}).dump();
-    std::promise<HttpResponse> answer;
-    api.Handle(request,
-               [&answer](HttpResponse response) { answer.set_value(std::move(response)); });
-    return answer.get_future().get();
+TEST_F(SessionApiTest, UploadsAreAnsweredByTheirOwner) {
+  EXPECT_EQ(StatusOf("/api/uploads/states"), 404) << "nothing is uploaded here";
+  source_.uploads = [](const std::string& name, const HttpRequest&, const Respond& respond) {
+    respond(JsonResponse(name));
   };
-  const std::string unknown(64, '0');
-  const std::string states = "/api/uploads/states", prefix = "/api/uploads/";
-  const std::string photo = view_.With(
-      [](const SessionRecord& session) { return session.state.FindPhoto(1)->image.blob_id; });
-  EXPECT_EQ(ask("POST", states, unknown).status, 503);
-  EXPECT_EQ(ask("HEAD", prefix + unknown, "").status, 503);
-  EXPECT_EQ(ask("POST", states, photo).status, 200) << "this one it knows";
-  EXPECT_EQ(ask("HEAD", prefix + photo, "").status, 200);
-  has_read_ledger = true;
-  EXPECT_EQ(json::parse(ask("POST", states, unknown).text)["states"][0]["state"], "unknown");
-  EXPECT_EQ(ask("HEAD", prefix + unknown, "").status, 404);
-  store.Refuse("alice", unknown, {failure_t::TOO_LARGE, "no photo"});
-  const json refused = json::parse(ask("POST", states, unknown).text)["states"][0];
-  EXPECT_EQ(refused["state"], "refused");
-  EXPECT_EQ(refused["cause"], "too large");
-  EXPECT_EQ(refused["reason"], "no photo");
+  api_ = std::make_unique<SessionApi>(view_, source_, 2);
+  EXPECT_EQ(Get("/api/uploads/states").text, "states");
+  EXPECT_EQ(StatusOf("/api/uploads/states/x"), 404);
 }
 
 TEST_F(SessionApiTest, ModelsCanBeSaved) {

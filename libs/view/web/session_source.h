@@ -11,14 +11,11 @@
 #include "auth/certificate.h"
 #include "core/bytes.h"
 #include "core/result.h"
+#include "http/http.h"
 #include "session/heard_processes.h"
 #include "session/troubles.h"
-#include "skein/advice_t.hpp"
-#include "web/upload_store.h"
 
 namespace skein {
-
-class JobPool;
 
 // A browser is let in by any of these links.
 struct WebInvitation {
@@ -53,17 +50,14 @@ struct SessionSource {
   // Somebody asks for shapes.
   std::function<void()> on_look;
 
-  // Latest advice of the guide to an agent, in a submap that lives; null: no guide is known.
-  std::function<std::optional<advice_t>(const std::string& agent)> advice;
-
   // Troubles that a person has to mend; null: they are not known.
   std::function<std::vector<Trouble>()> troubles;
   // Processes that were heard within kSilentProcessS, as of a second ago; null: none is heard here.
   std::function<HeardProcesses()> processes;
 
   PublicAddresses addresses;
-  UploadStore* uploads = nullptr;  // null: nothing is uploaded
-  JobPool* upload_jobs = nullptr;  // write them; end before the API does
+  // Answers a request to /api/uploads/NAME. Null: nothing is uploaded.
+  std::function<void(const std::string& name, const HttpRequest& request, Respond respond)> uploads;
   // Whether the view has been given all that the ledger holds: until then it cannot tell that a
   // photo is unknown. Null: it has.
   std::function<bool()> has_read_ledger;

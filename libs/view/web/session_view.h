@@ -5,9 +5,9 @@
 #include <shared_mutex>
 #include <utility>
 
+#include "http/event_log.h"
 #include "session/session_history.h"
 #include "session/session_tally.h"
-#include "web/event_log.h"
 
 namespace skein {
 

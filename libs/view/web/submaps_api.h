@@ -9,11 +9,11 @@
 
 #include "core/bytes.h"
 #include "core/result.h"
+#include "http/http.h"
 #include "shapes/dense_store.h"
 #include "shapes/shape_store.h"
 #include "web/api_answers.h"
 #include "web/blob_fetcher.h"
-#include "web/http.h"
 #include "web/session_source.h"
 #include "web/session_view.h"
 

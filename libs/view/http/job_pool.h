@@ -14,7 +14,7 @@ namespace skein {
 // begin in the order in which they came.
 class JobPool {
  public:
-  // At most `num_threads` jobs at a time. At most `num_threads` jobs at a time. A job that has run
+  // At most `num_threads` jobs at a time. A job that has run
   // for `patience_s`, e.g. because the disk does not answer, counts no longer, so that others go
   // on: on at most `num_more` further threads, which are started once they are needed.
   explicit JobPool(int num_threads, int num_more = 0, double patience_s = 1);

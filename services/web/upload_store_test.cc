@@ -23,8 +23,8 @@
 #include "core/file.h"
 #include "core/folder.h"
 #include "core/hash.h"
+#include "http/job_pool.h"
 #include "testing/test_folder.h"
-#include "web/job_pool.h"
 #include "web/upload_sink.h"
 
 namespace skein::upload_store_test {

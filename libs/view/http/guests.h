@@ -9,7 +9,7 @@
 #include "auth/certificate.h"
 #include "auth/web_pass.h"
 #include "core/result.h"
-#include "web/http.h"
+#include "http/http.h"
 
 namespace skein {
 

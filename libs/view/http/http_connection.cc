@@ -1,4 +1,4 @@
-#include "web/http_connection.h"
+#include "http/http_connection.h"
 
 #include <fcntl.h>
 
@@ -9,8 +9,8 @@
 #include "core/clock.h"
 #include "core/file_below.h"
 #include "core/log.h"
+#include "http/access.h"
 #include "transport/loopback.h"
-#include "web/access.h"
 
 namespace skein {
 namespace {

@@ -3,6 +3,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "core/hash.h"
@@ -10,7 +11,6 @@
 #include "session/guidance_json.h"
 #include "session/state_names.h"
 #include "web/diagnosis_json.h"
-#include "web/job_pool.h"
 #include "web/upload_sink.h"
 
 namespace skein {
@@ -19,6 +19,7 @@ namespace {
 using nlohmann::json;
 
 constexpr size_t kMaxStates = 500;
+constexpr std::string_view kUploadsPath = "/api/uploads/";
 
 json Refused(int8_t cause, const std::string& reason) {
   return {{"state", "refused"}, {"cause", FailureCauseName(cause)}, {"reason", reason}};
@@ -54,23 +55,22 @@ HttpResponse StillReading() { return HttpError(503, "the session is still being 
 
 }  // namespace
 
-UploadsApi::UploadsApi(const SessionView& view, const SessionSource& source)
-    : view_(view), source_(source) {}
+UploadsApi::UploadsApi(const SessionView& view, UploadStore& store, JobPool& jobs, UploadNews news)
+    : view_(view), store_(store), jobs_(jobs), news_(std::move(news)) {}
 
-std::shared_ptr<BodySink> UploadsApi::MakeSink(const PathParts& parts, const HttpRequest& request) {
-  if (source_.uploads == nullptr) return nullptr;
-  return MakeUploadSink(*source_.uploads, *source_.upload_jobs, request, parts[1]);
+std::shared_ptr<BodySink> UploadsApi::MakeSink(const HttpRequest& request) {
+  if (request.path.compare(0, kUploadsPath.size(), kUploadsPath) != 0) return nullptr;
+  const std::string blob_id = request.path.substr(kUploadsPath.size());
+  if (blob_id.find('/') != std::string::npos) return nullptr;
+  return MakeUploadSink(store_, jobs_, request, blob_id);
 }
 
-void UploadsApi::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
-  if (source_.uploads == nullptr) return respond(HttpError(404, "nothing is uploaded here"));
-  if (request.method == "POST" && parts[1] == "states") {
-    return source_.upload_jobs->Run([this, request, respond] { GetStates(request, respond); });
+void UploadsApi::Handle(const std::string& name, const HttpRequest& request, Respond respond) {
+  if (request.method == "POST" && name == "states") {
+    return jobs_.Run([this, request, respond] { GetStates(request, respond); });
   }
   if (request.method != "HEAD") return respond(HttpError(404, "there is no such path"));
-  source_.upload_jobs->Run([this, agent = request.visitor.name, blob_id = parts[1], respond] {
-    Head(agent, blob_id, respond);
-  });
+  jobs_.Run([this, agent = request.visitor.name, name, respond] { Head(agent, name, respond); });
 }
 
 // Uploads are looked at before the ledger: a photo leaves them once it is there.
@@ -81,7 +81,7 @@ void UploadsApi::Head(const std::string& agent, const std::string& blob_id,
         HttpError(400, "name the photo by its SHA-256, 64 lower-case hexadecimal digits"));
   }
   const bool has_read_ledger = HasReadLedger();
-  const std::optional<UploadStore::Progress> here = source_.uploads->Look(agent, blob_id);
+  const std::optional<UploadStore::Progress> here = store_.Look(agent, blob_id);
   const bool is_in_ledger = view_.With(
       [&](const SessionRecord& session) { return session.history.FindImageByBlob(blob_id) != 0; });
   if (!here && !is_in_ledger && !has_read_ledger) return respond(StillReading());
@@ -99,9 +99,9 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
   }
   const std::string& agent = request.visitor.name;
   const bool has_read_ledger = HasReadLedger();
-  const std::map<std::string, UploadStore::Refusal> refusals = source_.uploads->Refusals(agent);
-  const std::map<std::string, UploadStore::Progress> here = source_.uploads->ProgressOf(agent);
-  const std::string wait_reason = source_.uploads->WaitReason(agent);
+  const std::map<std::string, UploadStore::Refusal> refusals = store_.Refusals(agent);
+  const std::map<std::string, UploadStore::Progress> here = store_.ProgressOf(agent);
+  const std::string wait_reason = store_.WaitReason(agent);
   json states = json::array();
   for (const json& photo : asked["photos"]) {
     const bool is_pair =
@@ -123,9 +123,9 @@ void UploadsApi::GetStates(const HttpRequest& request, const Respond& respond) c
     if (state.is_null() && !has_read_ledger) return respond(StillReading());
     states.push_back(state.is_null() ? json({{"state", "unknown"}}) : std::move(state));
   }
-  const std::optional<advice_t> advice = source_.advice ? source_.advice(agent) : std::nullopt;
+  const std::optional<advice_t> advice = news_.advice ? news_.advice(agent) : std::nullopt;
   const json next = advice ? AdviceJson(*advice) : json(nullptr);
-  const json troubles = source_.troubles ? TroublesJson(source_.troubles()) : json::array();
+  const json troubles = news_.troubles ? TroublesJson(news_.troubles()) : json::array();
   respond(
       JsonResponse(json({{"states", std::move(states)}, {"advice", next}, {"troubles", troubles}})
                        .dump(-1, ' ', false, json::error_handler_t::replace)));

@@ -1,4 +1,4 @@
-#include "web/web_server.h"
+#include "http/web_server.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -23,8 +23,8 @@
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
 #include "core/clock.h"
+#include "http/asio.h"
 #include "testing/test_folder.h"
-#include "web/asio.h"
 
 namespace skein::web_server_test {
 

@@ -6,8 +6,8 @@
 #include <optional>
 #include <string>
 
-#include "web/asio.h"
-#include "web/connection_host.h"
+#include "http/asio.h"
+#include "http/connection_host.h"
 
 namespace skein {
 

@@ -4,10 +4,10 @@
 #include <cstdint>
 #include <string>
 
-#include "web/asio.h"
-#include "web/http.h"
-#include "web/web_server.h"
-#include "web/web_stream.h"
+#include "http/asio.h"
+#include "http/http.h"
+#include "http/web_server.h"
+#include "http/web_stream.h"
 
 namespace skein {
 

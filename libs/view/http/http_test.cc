@@ -1,14 +1,13 @@
-#include "web/http.h"
+#include "http/http.h"
 
 #include <gtest/gtest.h>
 
 #include <fstream>
 
+#include "http/access.h"
+#include "http/event_log.h"
+#include "http/static_files.h"
 #include "testing/test_folder.h"
-#include "web/access.h"
-#include "web/event_log.h"
-#include "web/static_files.h"
-#include "web/thumbnails.h"
 
 namespace skein::http_test {
 
@@ -305,23 +304,6 @@ TEST(EventLog, GivesPagesInOrder) {
   EXPECT_EQ(page.next, 11);
   EXPECT_EQ(log.Get(11).events, "");
   EXPECT_EQ(log.Get(4, 10, 7).events, "5,7");
-}
-
-std::shared_ptr<const Bytes> SomeBytes(size_t size) { return std::make_shared<const Bytes>(size); }
-
-TEST(Thumbnails, ThoseThatWereNotAskedForLongestGo) {
-  ThumbnailCache cache(100);
-  cache.Add(1, SomeBytes(40));
-  cache.Add(2, SomeBytes(40));
-  EXPECT_NE(cache.Find(1), nullptr);
-  cache.Add(3, SomeBytes(40));
-  EXPECT_EQ(cache.Find(2), nullptr);
-  EXPECT_NE(cache.Find(1), nullptr);
-  EXPECT_EQ(cache.size_bytes(), 80u);
-  cache.Add(4, SomeBytes(101));
-  EXPECT_EQ(cache.Find(4), nullptr) << "larger than the cache";
-  cache.Add(3, SomeBytes(40));
-  EXPECT_EQ(cache.size_bytes(), 80u) << "once";
 }
 
 }  // namespace skein::http_test

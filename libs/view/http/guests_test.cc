@@ -1,4 +1,4 @@
-#include "web/guests.h"
+#include "http/guests.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "web/event_log.h"
+#include "http/event_log.h"
 
 #include <algorithm>
 #include <utility>

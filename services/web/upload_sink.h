@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "web/http.h"
-#include "web/job_pool.h"
+#include "http/http.h"
+#include "http/job_pool.h"
 #include "web/upload_store.h"
 
 namespace skein {

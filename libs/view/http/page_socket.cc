@@ -1,4 +1,4 @@
-#include "web/page_socket.h"
+#include "http/page_socket.h"
 
 #include <nlohmann/json.hpp>
 #include <utility>

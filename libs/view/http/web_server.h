@@ -11,9 +11,9 @@
 #include "auth/certificate.h"
 #include "auth/web_certificate.h"
 #include "core/result.h"
-#include "web/event_log.h"
-#include "web/guests.h"
-#include "web/http.h"
+#include "http/event_log.h"
+#include "http/guests.h"
+#include "http/http.h"
 
 namespace skein {
 

@@ -5,7 +5,7 @@
 #include <optional>
 #include <string>
 
-#include "web/http.h"
+#include "http/http.h"
 
 namespace skein {
 

@@ -1,4 +1,4 @@
-#include "web/qr_code.h"
+#include "invite/qr_code.h"
 
 #include <qrencode.h>
 

@@ -1,4 +1,4 @@
-#include "web/job_pool.h"
+#include "http/job_pool.h"
 
 #include <algorithm>
 #include <chrono>

@@ -5,7 +5,7 @@
 #include <memory>
 #include <utility>
 
-#include "web/asio.h"
+#include "http/asio.h"
 
 namespace skein {
 

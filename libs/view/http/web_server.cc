@@ -1,4 +1,4 @@
-#include "web/web_server.h"
+#include "http/web_server.h"
 
 #include <algorithm>
 #include <atomic>
@@ -11,12 +11,12 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "core/option_check.h"
-#include "web/asio.h"
-#include "web/connection_host.h"
-#include "web/guests.h"
-#include "web/http_connection.h"
-#include "web/job_pool.h"
-#include "web/page_socket.h"
+#include "http/asio.h"
+#include "http/connection_host.h"
+#include "http/guests.h"
+#include "http/http_connection.h"
+#include "http/job_pool.h"
+#include "http/page_socket.h"
 
 namespace skein {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "core/result.h"
-#include "web/http.h"
+#include "http/http.h"
 
 namespace skein {
 
