@@ -13,6 +13,7 @@ date (the commit's, where the day of the run was not kept) and machine. A record
     unit    of the value; empty for a count, "ratio" for a quotient
     run     a key of `runs`
 
+A table's `left_out` names rows and columns that the page leaves to the records; true: the whole table.
 A figure has one value, the present one: a new run replaces the record.
 """
 import json
@@ -28,10 +29,11 @@ RUN_FIELDS = ('command', 'commit', 'date', 'machine')
 RECORD_FIELDS = ('of', 'figure', 'value', 'unit', 'run')
 HEADER = '''# Measurements
 
-The present figures, one value each. `scripts/measurements.py` makes this page of the records in `docs/measurements/`, which name command, commit, date and
-machine of each figure; `static.measurements` holds the page against them. [experiments/](experiments/) tells what was tried and rejected.
+The present figures, one value each. `scripts/measurements.py` makes this page of the records in `docs/measurements/`. They hold more figures, and
+command, commit, date and machine of each. Brackets name the programs. [experiments/](experiments/) tells what was tried and rejected.
 
-**Machines** have 2 cores: AMD EPYC (AVX-512 VNNI) or Intel Xeon (AMX), Debian 12. Busy: other work ran beside, so times are upper bounds.
+**Machines** have 2 cores, Debian 12: AMD EPYC (AVX-512 VNNI), or Intel Xeon (AMX) where the brackets say so. Times are upper bounds: other work ran
+beside most runs.
 **Photos**: `DATA` is a folder of real photos. fountain-P11: 11 photos of 3072 × 2048, laser-scan truth. south-building: 128 photos of 1600 × 1200 by two
 agents, compared with COLMAP 4.2.1's poses. caliterra: 75 photos of a nadir flight. temple-ring: 47 photos. Other places are `skein sim`'s, with exact truth.
 **Position error**: RMSE after a similarity alignment, in % of the largest distance between two true camera centres.
@@ -70,6 +72,11 @@ def errors():
                     yield f'{name}: {table["title"]}: two values of {", ".join(figure)}'
                 seen.add(figure)
                 used.add(record['run'])
+            left_out = table.get('left_out', [])
+            names = set().union(*map(left_out_names, table['records']))
+            for left in [] if left_out is True else left_out:
+                if left not in names:
+                    yield f'{name}: {table["title"]}: no row or column {left} to leave out'
         yield from (f'{name}: no record of run {key}' for key in section['runs'] if key not in used)
 
 
@@ -91,17 +98,39 @@ def with_unit(figure, unit):
     return f'{figure}, {unit}' if unit else figure
 
 
-def origins(runs, keys, letters=None):
-    """The commands of the runs, each followed by commit, date and machine of its runs."""
-    by_command = {}
-    for key in keys:
-        run = runs[key]
-        told = f'{run["commit"]}, {run["date"]}, {run["machine"]}'
-        by_command.setdefault(run['command'], []).append(f'{letters[key]}: {told}' if letters else told)
-    return '; '.join(f'`{command}` ({"; ".join(told)})' for command, told in by_command.items())
+def left_out_names(record):
+    """The names by which a table's `left_out` may leave a record out."""
+    return {record['of'], record['figure'], with_unit(record['figure'], record['unit'])}
 
 
-def item(table, runs):
+def shown_tables(section):
+    """The section's tables as the page has them: without what they leave out."""
+    for table in section['tables']:
+        left_out = table.get('left_out', [])
+        if left_out is not True:
+            yield {**table, 'records': [r for r in table['records'] if not left_out_names(r) & set(left_out)]}
+
+
+def programs(command):
+    """The programs of a command, without their options: `skein` with its subcommand, ctest with the test."""
+    for part in command.split('#')[0].split(';'):
+        words = part.split()
+        test = re.search(r'ctest .*(-R \S+)', part)
+        yield f'ctest {test[1]}' if test else ' '.join(words[:2]) if words[0] == 'skein' else words[0]
+
+
+def sources(section, table):
+    """The programs that printed a table, in brackets, each with the machine where that is a Xeon."""
+    told = {}
+    for key in dict.fromkeys(record['run'] for record in table['records']):
+        run = section['runs'][key]
+        for program in programs(run['command']):
+            told.setdefault(program, {})['Xeon' if 'Xeon' in run['machine'] else 'EPYC'] = None
+    machines = {program: f', {" and ".join(sorted(told[program]))}' if 'Xeon' in told[program] else '' for program in told}
+    return '(' + '; '.join(f'`{program}`{machines[program]}' for program in told) + ')'
+
+
+def item(section, table):
     """A small table, as an item of a list."""
     rows = {}
     for record in table['records']:
@@ -111,27 +140,21 @@ def item(table, runs):
     text = f'- **{table["title"]}**. ' + ' '.join(f'*{row}*. {"; ".join(figures)}.' for row, figures in rows.items())
     if 'note' in table:
         text += ' ' + table['note']
-    keys = dict.fromkeys(record['run'] for record in table['records'])
-    return text + ' ' + origins(runs, keys)
+    return text + ' ' + sources(section, table)
 
 
-def grid(table, runs):
-    """A table with its title, note and commands above it. Rows of several commands have letters."""
+def grid(section, table):
+    """A table with its title, note and programs above it."""
     records = table['records']
     rows = list(dict.fromkeys(record['of'] for record in records))
     columns = list(dict.fromkeys((record['figure'], record['unit']) for record in records))
-    keys = list(dict.fromkeys(record['run'] for record in records))
-    letters = {key: chr(ord('a') + at) for at, key in enumerate(keys)}
     cell = {(record['of'], record['figure'], record['unit']): text_of(record['value']) for record in records}
     lines = [f'**{table["title"]}.** {table["note"]}' if 'note' in table else f'**{table["title"]}.**', '']
-    lines[0] += ' ' + origins(runs, keys, letters if len(keys) > 1 else None)
-    head = [table['rows']] + [with_unit(*column) for column in columns] + ([''] if len(keys) > 1 else [])
+    lines[0] += ' ' + sources(section, table)
+    head = [table['rows']] + [with_unit(*column) for column in columns]
     lines += ['| ' + ' | '.join(head) + ' |', '|' + '---|' * len(head)]
     for row in rows:
-        cells = [row.strip()] + [cell.get((row, *column), '') for column in columns]
-        if len(keys) > 1:
-            cells.append(''.join(sorted({letters[record['run']] for record in records if record['of'] == row})))
-        lines.append('| ' + ' | '.join(cells) + ' |')
+        lines.append('| ' + ' | '.join([row.strip()] + [cell.get((row, *column), '') for column in columns]) + ' |')
     return lines
 
 
@@ -140,22 +163,23 @@ def speed():
         kept = json.load(file)
     ratios = ', '.join(f'{name} {value:.3f}' for name, value in kept['ratios'].items())
     return (f'- **Ratios to the same stage of OpenCV or COLMAP in one run** (28 photos, `docs/speed.json`): {ratios}. '
-            f'`benchmark/colmap/speed.sh` ({kept["commit"]}, {kept["machine"]})')
+            '(`benchmark/colmap/speed.sh`)')
 
 
 def page():
     lines = HEADER.rstrip('\n').split('\n')
     for name, section in sections():
+        tables = list(shown_tables(section))
+        about = f'{section["about"]} ' if 'about' in section else ''
         lines += ['', f'## {section["title"]}']
-        if 'about' in section:
-            lines += textwrap.wrap(section['about'], 150, break_long_words=False, break_on_hyphens=False)
-        grids = [table for table in section['tables'] if len({record['of'] for record in table['records']}) >= 4]
-        items = [item(table, section['runs']) for table in section['tables'] if table not in grids]
+        lines += textwrap.wrap(f'{about}[Records](measurements/{name}).', 150, break_long_words=False, break_on_hyphens=False)
+        grids = [table for table in tables if len({record['of'] for record in table['records']}) >= 4]
+        items = [item(section, table) for table in tables if table not in grids]
         if 'speed' in section:
             items.append(speed())
-        for at, table in enumerate(grids):
-            lines += [''] * (at > 0 or 'about' in section) + grid(table, section['runs'])
-        lines += [''] * bool(grids and items) + items
+        for table in grids:
+            lines += [''] + grid(section, table)
+        lines += [''] * bool(items) + items
     return '\n'.join(lines) + '\n'
 
 
