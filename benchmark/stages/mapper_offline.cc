@@ -60,7 +60,6 @@ struct Arguments {
 using LeaveOut = void (*)(SubmapOptions*);
 const std::map<std::string, LeaveOut> kParts = {
     {"missing-cells", [](SubmapOptions* o) { o->min_cells = 1'000'000; }},
-    {"again", [](SubmapOptions* o) { o->min_rebuild_gain = 1; }},
 };
 
 std::vector<std::string> PartNames() {

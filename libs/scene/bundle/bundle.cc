@@ -17,7 +17,7 @@
 namespace skein {
 namespace {
 
-constexpr double kInitialDamping = 1e-4;
+constexpr double kInitialDamping = 1e-6;
 constexpr double kMaxDamping = 1e10;
 // Conjugate gradients that a step takes with the factor of another one.
 constexpr double kExpectedGradients = 20;
@@ -69,6 +69,7 @@ class Solver {
       growth = 2.0;
       cost = new_cost;
       if (decrease < options_.function_tolerance * cost) break;
+      if (lambda <= kInitialDamping && StepInSigmas(cost) < options_.camera_tolerance) break;
     }
     summary.final_cost = cost;
     summary.usable = std::isfinite(cost);
@@ -165,6 +166,7 @@ class Solver {
     const bool solved = (keeps_factor_ && SolveByGradients(lambda, &terms, &y)) ||
                         SolveByDecomposing(lambda, &terms, &y);
     if (!solved) return false;
+    gain_of_cameras_ = 0.5 * y.dot(terms.b);
     const Eigen::VectorXd delta = WithPoseSteps(y);
     *predicted =
         has_scales_ ? 0.0 : 0.5 * delta.dot(terms.damping.cwiseProduct(delta) - terms.gradient);
@@ -173,6 +175,17 @@ class Solver {
     for (const double gain : gains) *predicted += gain;
     MoveCameras(delta);
     return true;
+  }
+
+  // Root mean square of the last step of poses and intrinsics, each in its standard deviation. The
+  // points' own gains do not count: with a robust loss those of outliers go on long after the poses
+  // are at rest.
+  double StepInSigmas(double cost) const {
+    if (layout_.size == 0) return std::numeric_limits<double>::infinity();
+    int64_t freedoms = 2 * static_cast<int64_t>(bundle_.observations.size()) - layout_.size;
+    for (const BundlePoint& point : bundle_.points) freedoms -= point.constant ? 0 : 3;
+    const double variance = 2 * cost / static_cast<double>(std::max<int64_t>(1, freedoms));
+    return std::sqrt(2 * gain_of_cameras_ / (variance * layout_.size));
   }
 
   // Of the cameras' normal equations.
@@ -365,6 +378,8 @@ class Solver {
   const PosePattern pattern_;
   std::vector<Chunk> chunks_;
   bool keeps_factor_ = false;
+  double gain_of_cameras_ =
+      0;  // decrease of the cost that the last step of poses and intrinsics brings
   std::vector<std::unique_ptr<ExplicitSystem>> explicit_;  // one a chunk
   std::vector<std::unique_ptr<ImplicitSystem>> implicit_;  // one a chunk
   std::shared_ptr<const BundleFactor> factor_;
@@ -378,6 +393,7 @@ class Solver {
 Status BundleOptions::Check() const {
   return FirstError({InRange("max_iterations", max_iterations, 0, 100'000),
                      InRange("function_tolerance", function_tolerance, 0.0, 1.0),
+                     InRange("camera_tolerance", camera_tolerance, 0.0, 1.0),
                      InRange("loss_scale_px", loss_scale_px, 1e-6, 1e6),
                      InRange("num_threads", num_threads, 1, 1024)});
 }

@@ -70,6 +70,9 @@ enum class Loss { kSquared, kSoftL1, kCauchy };
 struct BundleOptions {
   int max_iterations = 25;
   double function_tolerance = 1e-6;  // relative decrease of the cost at which it is converged
+  // Step of poses and intrinsics at which it is converged, in their standard deviations (root mean
+  // square). 0: only the cost decides.
+  double camera_tolerance = 0.01;
   Loss loss = Loss::kSoftL1;
   double loss_scale_px = 1.0;
   int num_threads = 1;

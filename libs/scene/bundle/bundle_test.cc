@@ -263,6 +263,24 @@ TEST(Bundle, AFactorServesBundlesWithOtherPosesCamerasAndThreads) {
   EXPECT_NEAR(with.cameras[0].params[0], without.cameras[0].params[0], 1e-2);
 }
 
+// The points of outliers go on for long, and move no camera.
+TEST(Bundle, EndsWhereTheCamerasAreAtRest) {
+  SyntheticOptions options;
+  options.noise_px = 0.5;
+  Bundle start = MakeBundle(MakeScene(options), 0.02);
+  for (size_t i = 0; i < start.observations.size(); i += 10) start.observations[i].pixel.x() += 8;
+  Bundle ends = start, goes_on = start;
+  BundleOptions solve;
+  const BundleSummary of_end = SolveBundle(solve, &ends);
+  solve.camera_tolerance = 0;
+  const BundleSummary of_minimum = SolveBundle(solve, &goes_on);
+  EXPECT_LT(of_end.iterations, of_minimum.iterations);
+  EXPECT_LT(of_end.final_cost, 1.02 * of_minimum.final_cost);
+  for (size_t i = 0; i < ends.poses.size(); ++i) {
+    EXPECT_LT((ends.poses[i].t - goes_on.poses[i].t).norm(), 1e-3) << i;
+  }
+}
+
 TEST(Bundle, KeepsNoFactorOfShortTracks) {
   Bundle bundle = MakeBundle(MakeScene(SyntheticOptions()), 0.02);
   EXPECT_EQ(SolveBundle(BundleOptions(), &bundle).factor, nullptr);
@@ -279,6 +297,7 @@ TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
   CeresBundle ceres_bundle(ours);
   BundleOptions solve;
   solve.function_tolerance = 1e-14;
+  solve.camera_tolerance = 0;
   solve.max_iterations = 200;
   const double theirs = ceres_bundle.Solve();
   const BundleSummary summary = SolveBundle(solve, &ours);

@@ -92,6 +92,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
       to_win_of_torn += votes.contradict;
     } else if (is_strong && is_left_out(registered1 ? id2 : id1)) {
       agreement.to_win += map.Neighbours(id1).at(id2);
+      ++agreement.num_left_out;
     }
   }
   if (!torn.empty() && !AreOfSimilarStructures(map, torn, options.min_cells)) {

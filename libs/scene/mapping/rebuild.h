@@ -23,6 +23,7 @@ struct MatchAgreement {
   // torn (misplaced.h) by more than similar structures, and those of photos that are left out.
   // Photos that a visually similar place or another submap holds are left out rightly.
   int64_t to_win = 0;
+  int num_left_out = 0;  // strong pairs of which one photo is left out
 };
 
 // Visits all matches; means nothing where the options say stop.

@@ -374,18 +374,24 @@ void Submap::TryAllWaiting(const EventSink& sink) {
 
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
-  // The verdict of the last time holds until there are half as many pairs more.
-  const bool is_known = settled_.consistent || 2 * map_->pairs().size() < 3 * num_pairs_rebuilt_;
-  if (!batch.is_of_place && is_known) return false;
+  if (!batch.is_of_place && (settled_.consistent || IsVerdictKnown(batch))) return false;
   const MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
-  settled_.consistent = !MayWin(now);
+  settled_.consistent = !MayWin(batch, now);
   const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
   if (settled_.consistent && (is_whole || !batch.is_of_place)) return false;
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place, batch.is_growing);
   if (options_.IsStopped()) return false;  // it may not be complete
   num_pairs_rebuilt_ = map_->pairs().size();
   return anew != nullptr && TakeFromBatch(batch, anew.get(), now, sink);
+}
+
+// While photos come the last verdict holds until there are half as many pairs more; later, as long
+// as the pairs are the same.
+bool Submap::IsVerdictKnown(const Batch& batch) const {
+  const size_t num_pairs = map_->pairs().size();
+  return batch.is_growing ? 2 * num_pairs < 3 * num_pairs_rebuilt_
+                          : num_pairs == num_pairs_rebuilt_;
 }
 
 // True if the map is another one now.
@@ -456,16 +462,24 @@ void Submap::BeginAnewIfSmall(const EventSink& sink) {
   }
 }
 
-bool Submap::MayWin(const MatchAgreement& now) const {
-  return static_cast<double>(now.to_win) >=
-         options_.min_rebuild_gain * static_cast<double>(now.agreeing);
+// While photos come, a single one that is left out is no reason.
+bool Submap::MayWin(const Batch& batch, const MatchAgreement& now) const {
+  return (!batch.is_growing && now.num_left_out > 0) ||
+         static_cast<double>(now.to_win) >=
+             options_.min_rebuild_gain * static_cast<double>(now.agreeing);
 }
 
+// Two maps agree with about as many matches if these differ by min_rebuild_gain. Then more photos
+// are better.
 bool Submap::TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink) {
-  const double needed = (1 + options_.min_rebuild_gain) * static_cast<double>(now.agreeing);
+  const size_t num_before = map_->reconstruction().NumRegImages();
+  const size_t num_photos = anew->map().reconstruction().NumRegImages();
+  const double gain =
+      num_photos > num_before ? -options_.min_rebuild_gain : options_.min_rebuild_gain;
   const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
-  if (static_cast<double>(agreeing) < needed) return false;
-  LogInfo("mapped anew: {} matches agree, {} before", agreeing, now.agreeing);
+  if (static_cast<double>(agreeing) < (1 + gain) * static_cast<double>(now.agreeing)) return false;
+  LogInfo("mapped anew: {} photos, {} before, {} matches agree, {} before", num_photos, num_before,
+          agreeing, now.agreeing);
   anew->map().AlignTo(map_->reconstruction());
   ReplaceByRebuilt(*anew, sink);
   return true;

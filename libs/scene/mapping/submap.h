@@ -97,9 +97,10 @@ class Submap {
     bool is_growing = false;
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
-  // The new map stays if more verified matches agree with it, if no photo is lost that no other map
-  // has, and if what it takes from another submap shows no visually similar place. Else its photos
-  // may be absorbed. True if the map is another one now.
+  // The new map stays if more verified matches agree with it, or about as many while it has more
+  // photos. No photo may be lost that no other map has, and photos taken from another submap must
+  // show no visually similar place. Else its photos may be absorbed. True if the map is another one
+  // now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
   // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
@@ -196,13 +197,14 @@ class Submap {
 
   void AdjustWithPointsAnew(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
+  bool IsVerdictKnown(const Batch& batch) const;
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                      const EventSink& sink);
   bool HasOthers(const SceneMap& anew) const;
   bool LosesPhotos(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
   bool MixesPlaces(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
-  // Whether the matches that another map may win are enough for it to stay; whether it stayed.
-  bool MayWin(const MatchAgreement& now) const;
+  // Whether another map may win a photo, or enough matches to stay; whether it stayed.
+  bool MayWin(const Batch& batch, const MatchAgreement& now) const;
   bool TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink);
   void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);
 
