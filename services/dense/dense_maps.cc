@@ -56,9 +56,12 @@ double ShiftPx(const Camera& a, const Camera& b, int size_px) {
   return most * std::min(1.0, size_px / std::max(width, height));
 }
 
+// Pixels may be shared with a ConfirmedMap: those stay as they are.
 void Scale(double scale, DepthMap* map) {
-  map->depth *= scale;
-  map->error *= scale;
+  for (cv::Mat1f* pixels : {&map->depth, &map->error}) {
+    *pixels = pixels->clone();
+    *pixels *= scale;
+  }
 }
 
 struct CameraPoint {
@@ -133,6 +136,7 @@ struct DenseMaps::Photo {
   int num_sweeps = 0;
   size_t looked_at = 0;  // photos of the submap when its neighbours were chosen
   DensePhotoPoints points;
+  uint64_t revision = 0;    // of the depths that the points are of
   double sparse_depth = 0;  // median of what it sees, where its map was forgotten; 0: not known
   int64_t used = 0;
 
@@ -490,7 +494,7 @@ void DenseMaps::Publish(uint32_t image_id, const std::vector<DensePoint>& points
     photo->points.chunks.push_back(
         {id, version, static_cast<uint32_t>(dealt.size()), std::move(bytes), std::move(blob_id)});
   }
-  ++changes_;
+  photo->revision = ++changes_;
 }
 
 // Points stay: they are what is published.
@@ -516,6 +520,21 @@ std::map<uint32_t, DensePhotoPoints> DenseMaps::PointsOfSubmap(int64_t submap_id
     if (photo.submap_id == submap_id && !photo.points.chunks.empty()) points[id] = photo.points;
   }
   return points;
+}
+
+std::map<uint32_t, ConfirmedMap> DenseMaps::ConfirmedOf(int64_t submap_id) const {
+  std::map<uint32_t, ConfirmedMap> maps;
+  const auto scene = scenes_.find(submap_id);
+  if (scene == scenes_.end()) return maps;
+  for (const auto& [id, photo] : photos_) {
+    if (photo.submap_id != submap_id || photo.points.chunks.empty()) continue;
+    const int index = scene->second.Find(id);
+    if (index < 0) continue;
+    ConfirmedMap& map = maps[id];
+    map = {photo.agreed, photo.colours, photo.points.scale, photo.revision};
+    map.map.cam_from_world = scene->second.photos()[index].cam_from_world;
+  }
+  return maps;
 }
 
 size_t DenseMaps::num_waiting() const {

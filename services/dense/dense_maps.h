@@ -13,6 +13,7 @@
 
 #include "core/bytes.h"
 #include "core/result.h"
+#include "dense/confirmed_map.h"
 #include "dense/sparse_scene.h"
 #include "depth/dense_points.h"
 #include "depth/depth_sweep.h"
@@ -78,6 +79,8 @@ class DenseMaps {
 
   // By image, of the submap's newest shape.
   std::map<uint32_t, DensePhotoPoints> PointsOfSubmap(int64_t submap_id) const;
+  // By image: the depths that its points are of, with the pose of the submap's newest shape.
+  std::map<uint32_t, ConfirmedMap> ConfirmedOf(int64_t submap_id) const;
   // Rises with each change of what PointsOfSubmap returns.
   uint64_t changes() const { return changes_; }
   // Photos in a map that have no depth map yet and may get one.

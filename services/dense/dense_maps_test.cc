@@ -113,6 +113,27 @@ TEST_F(DenseMapsTest, AMergeIntoALargerFrameScalesChunks) {
   EXPECT_LT(FiguresOf(after, wall, 2.5).worst_mean_error, 0.01);
 }
 
+TEST_F(DenseMapsTest, ConfirmedDepthsHaveTheNewestPoseAndScale) {
+  TestWall wall;
+  wall.Walk(4);
+  DenseMaps maps = MapsWithin(kEnoughBytes);
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 1)).ok());
+  Work(wall, &maps);
+  const auto before = maps.ConfirmedOf(kSubmap);
+  ASSERT_EQ(before.size(), 4u);
+  EXPECT_TRUE(before.at(2).has_pixels());
+  const cv::Mat1f depth = before.at(2).map.depth.clone();
+  ASSERT_TRUE(maps.Update(*wall.MakeShape(kSubmap, 2, 2.5)).ok());
+  const ConfirmedMap after = maps.ConfirmedOf(kSubmap).at(2);
+  EXPECT_EQ(after.revision, before.at(2).revision);
+  EXPECT_NEAR(after.scale, 2.5, 0.01);
+  EXPECT_NEAR((after.map.cam_from_world.Centre() - 2.5 * wall.Pose(2).Centre()).norm(), 0, 1e-9);
+  EXPECT_NEAR(cv::sum(after.map.depth)[0], after.scale * cv::sum(depth)[0],
+              1e-3 * cv::sum(after.map.depth)[0]);
+  EXPECT_EQ(cv::norm(before.at(2).map.depth, depth), 0) << "pixels that were given out stay";
+  EXPECT_TRUE(maps.ConfirmedOf(kSubmap + 1).empty());
+}
+
 // The target's shape may come before the source's last one.
 TEST_F(DenseMapsTest, PhotosOfASubmapThatEndedAreInTheOtherThatHasThem) {
   TestWall wall;

@@ -19,8 +19,16 @@ constexpr double kAgainS = 5;
 constexpr char kStep[] = "depth map";
 constexpr int kNiceness = 19;  // photos are placed first
 
-DenseManifest ManifestOf(const std::map<uint32_t, DensePhotoPoints>& points) {
+LiveMeshOptions MeshOptionsOf(const DenseOptions& options) {
+  LiveMeshOptions mesh;
+  mesh.max_bytes = int64_t{options.surface_memory_mib} << 20;
+  return mesh;
+}
+
+DenseManifest ManifestOf(const std::map<uint32_t, DensePhotoPoints>& points,
+                         const DenseManifest::Mesh& mesh) {
   DenseManifest manifest;
+  manifest.mesh = mesh;
   for (const auto& [id, photo] : points) {
     manifest.photos.push_back({id, photo.scale, photo.share, {}});
     for (const DensePhotoPoints::Chunk& chunk : photo.chunks) {
@@ -39,6 +47,7 @@ DenseService::DenseService(Node& node, const DenseOptions& options)
       failed_(node.options().session_dir, node.steps().left(), PreviousExitSignal()),
       maps_(options.size_px, int64_t{options.memory_mib} << 20,
             [this] { worker_->NoteProgress(); }),
+      mesh_(MeshOptionsOf(options)),
       left_out_(failed_.LeftOut()) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
   worker_->Run([this] { Prepare(); }, [] {});
@@ -99,10 +108,15 @@ void DenseService::Go() {
     if (shape != nullptr && state_.IsLive(id)) shapes.push_back(KnownPhotosOf(*shape));
   }
   worker_->Run(
-      [this, shapes, ended = std::exchange(ended_, {}), left_out = std::exchange(left_out_, {})] {
+      [this, shapes, live = LiveSubmaps(), ended = std::exchange(ended_, {}),
+       left_out = std::exchange(left_out_, {})] {
+        has_new_maps_ |= !left_out.empty() || !ended.empty();
         for (const uint32_t id : left_out) maps_.LeaveOut(id);
-        for (const int64_t id : ended) maps_.DropSubmap(id);
-        return MakePlan(shapes);
+        for (const int64_t id : ended) {
+          maps_.DropSubmap(id);
+          mesh_.Drop(id);
+        }
+        return MakePlan(shapes, live);
       },
       [this](const Plan& plan) { OnPlan(plan); });
 }
@@ -117,17 +131,32 @@ ShapePtr DenseService::KnownPhotosOf(const Shape& shape) const {
   return known;
 }
 
-DenseService::Plan DenseService::MakePlan(const std::vector<ShapePtr>& shapes) {
+DenseService::Plan DenseService::MakePlan(const std::vector<ShapePtr>& shapes,
+                                          const std::vector<int64_t>& live) {
+  has_new_maps_ |= !shapes.empty();
   for (const ShapePtr& shape : shapes) {
     const Status taken = maps_.Update(*shape);
     if (!taken.ok()) LogWarn("submap {}: {}", shape->submap_id, taken.error());
   }
   Plan plan{maps_.Next(), {}, false};
-  if (const auto id = plan.task ? std::nullopt : maps_.NextToRefine()) {
-    plan.goes_on = true;
+  if (plan.task) return plan;
+  if (const auto id = maps_.NextToRefine()) {
+    plan.goes_on = has_new_maps_ = true;
     if (!Try(*id, [&] { maps_.Refine(*id, NowUs()); })) plan.failed.push_back(*id);
+  } else {
+    plan.goes_on = GrowMesh(live);
   }
   return plan;
+}
+
+// A step of the mesh, while nothing else is to do. False: the mesh is complete.
+bool DenseService::GrowMesh(const std::vector<int64_t>& live) {
+  if (options_.surface_memory_mib == 0) return false;
+  if (std::exchange(has_new_maps_, false)) {
+    for (const int64_t id : live) mesh_.Update(id, maps_.ConfirmedOf(id));
+  }
+  worker_->NoteProgress();
+  return mesh_.Step(NowUs());
 }
 
 void DenseService::OnPlan(const Plan& plan) {
@@ -176,6 +205,7 @@ DenseService::Made DenseService::Make(const Gathering& gathering) {
     }
   }
   const DenseTask& task = gathering.task;
+  has_new_maps_ = true;
   attempt(task.image_id, [&] { maps_.Make(task, NowUs()); });
   for (int i = 0; i < kRefinedAfterMap; ++i) {
     if (const auto id = maps_.NextToRefine()) attempt(*id, [&] { maps_.Refine(*id, NowUs()); });
@@ -225,19 +255,25 @@ void DenseService::NoteFailures(const std::vector<uint32_t>& failed) {
 
 // ---- What is published ----
 
-void DenseService::TakeSnapshot() {
-  if (worker_->num_pending() > 1) return;  // the last snapshot waits still
+std::vector<int64_t> DenseService::LiveSubmaps() const {
   std::vector<int64_t> live;
   for (const auto& [id, submap] : state_.submaps()) {
     if (!submap.ended) live.push_back(id);
   }
+  return live;
+}
+
+void DenseService::TakeSnapshot() {
+  if (worker_->num_pending() > 1) return;  // the last snapshot waits still
   worker_->Run(
-      [this, live, told = told_changes_] {
+      [this, live = LiveSubmaps(), told = told_changes_] {
         Snapshot snapshot;
         snapshot.num_waiting = maps_.num_waiting();
-        snapshot.changes = maps_.changes();
+        snapshot.changes = maps_.changes() + mesh_.changes();
         if (snapshot.changes == told) return snapshot;
-        for (const int64_t id : live) snapshot.points[id] = maps_.PointsOfSubmap(id);
+        for (const int64_t id : live) {
+          snapshot.surfaces[id] = {maps_.PointsOfSubmap(id), mesh_.MeshOfSubmap(id)};
+        }
         return snapshot;
       },
       [this](Snapshot snapshot) { OnSnapshot(std::move(snapshot)); });
@@ -246,13 +282,13 @@ void DenseService::TakeSnapshot() {
 void DenseService::OnSnapshot(Snapshot snapshot) {
   num_waiting_ = snapshot.num_waiting;
   told_changes_ = snapshot.changes;
-  for (const auto& [submap_id, points] : snapshot.points) {
-    if (state_.IsLive(submap_id)) Tell(submap_id, points);
+  for (const auto& [submap_id, surface] : snapshot.surfaces) {
+    if (state_.IsLive(submap_id)) Tell(submap_id, surface);
   }
 }
 
-void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPoints>& points) {
-  DenseManifest manifest = ManifestOf(points);
+void DenseService::Tell(int64_t submap_id, const Surface& surface) {
+  DenseManifest manifest = ManifestOf(surface.points, surface.mesh.list);
   Told& told = told_[submap_id];
   Bytes content = EncodeDenseManifest(manifest);
   if (content == told.content) return;
@@ -269,7 +305,8 @@ void DenseService::Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPo
   message.manifest_blob = HashBytes(bytes->data(), bytes->size());
   message.manifest_bytes = static_cast<int64_t>(bytes->size());
   Blobs blobs{{message.manifest_blob, std::move(bytes)}};
-  for (const auto& [id, photo] : points) {
+  blobs.insert(surface.mesh.blobs.begin(), surface.mesh.blobs.end());
+  for (const auto& [id, photo] : surface.points) {
     for (const DensePhotoPoints::Chunk& chunk : photo.chunks) blobs[chunk.blob_id] = chunk.bytes;
   }
   LogNew(manifest);

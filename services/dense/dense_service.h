@@ -16,6 +16,7 @@
 #include "dense/dense_maps.h"
 #include "dense/dense_options.h"
 #include "dense/failed_photos.h"
+#include "dense/live_mesh.h"
 #include "event_loop/worker_thread.h"
 #include "formats/dense.h"
 #include "node/ledger_follower.h"
@@ -44,11 +45,15 @@ class DenseService {
     dense_points_t message{};
     Blobs blobs, previous;  // those before: somebody may be pulling them
   };
-  // Points of all submaps, by submap.
+  struct Surface {
+    std::map<uint32_t, DensePhotoPoints> points;  // by image
+    SubmapMesh mesh;
+  };
+  // Surfaces of all submaps, by submap.
   struct Snapshot {
     uint64_t changes = 0;
     size_t num_waiting = 0;
-    std::map<int64_t, std::map<uint32_t, DensePhotoPoints>> points;
+    std::map<int64_t, Surface> surfaces;
   };
   // Photos of a task, which come one by one.
   struct Gathering {
@@ -77,15 +82,17 @@ class DenseService {
   void NoteFailures(const std::vector<uint32_t>& failed);
   // On the worker.
   void Prepare();
-  Plan MakePlan(const std::vector<ShapePtr>& shapes);
+  Plan MakePlan(const std::vector<ShapePtr>& shapes, const std::vector<int64_t>& live);
   Made Make(const Gathering& gathering);
+  bool GrowMesh(const std::vector<int64_t>& live);
   bool Try(uint32_t image_id, const std::function<void()>& work);
   bool Decode(uint32_t image_id, const Bytes& photo);
   // On the loop.
   void OnMade(const Made& made);
   void TakeSnapshot();
   void OnSnapshot(Snapshot snapshot);
-  void Tell(int64_t submap_id, const std::map<uint32_t, DensePhotoPoints>& points);
+  std::vector<int64_t> LiveSubmaps() const;
+  void Tell(int64_t submap_id, const Surface& surface);
   void LogNew(const DenseManifest& manifest);
   void TellAgain();
   void Forget(int64_t submap_id);
@@ -96,6 +103,8 @@ class DenseService {
   SessionState state_;
   ShapeStore store_;
   DenseMaps maps_;                         // used by the worker
+  LiveMesh mesh_;                          // the same
+  bool has_new_maps_ = false;              // the same: what the mesh has not heard of
   std::unique_ptr<PhotoDecoder> decoder_;  // the same; its child is as nice as the worker
   std::set<int64_t> changed_, ended_;      // submaps that the worker is to hear of
   std::vector<uint32_t> left_out_;         // the same, photos

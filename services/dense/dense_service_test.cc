@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "formats/mesh_chunk.h"
 #include "shapes/dense_follower.h"
 #include "testing/test_node.h"
 #include "testing/test_photos.h"
@@ -52,8 +53,9 @@ class DenseServiceTest : public testing::Test {
   void ShowMap(uint64_t version) {
     told_ = ServeShape(mapper_, *wall_.MakeShape(kSubmap, version));
   }
-  std::unique_ptr<DenseService> Start() {
+  std::unique_ptr<DenseService> Start(int surface_memory_mib = 512) {
     DenseOptions options;
+    options.surface_memory_mib = surface_memory_mib;
     options.size_px = depth_test::kWallWidth;
     return std::make_unique<DenseService>(node_, options);
   }
@@ -95,6 +97,35 @@ TEST_F(DenseServiceTest, PublishesPointsOfPhotosThatAreInAMap) {
   ASSERT_TRUE(WaitFor([&] { return bytes.has_value(); }));
   ASSERT_TRUE(bytes->ok()) << bytes->error();
   EXPECT_EQ(DecodeShapeChunk(**bytes)->points.size(), chunk.num_points);
+}
+
+TEST_F(DenseServiceTest, PublishesTheirMesh) {
+  StorePhotos();
+  ShowMap(1);
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] {
+    const DensePointsPtr points = store_.Find(kSubmap);
+    return points != nullptr && points->manifest.NumTriangles() > 1000;
+  }));
+  const DensePointsPtr points = store_.Find(kSubmap);
+  EXPECT_GT(points->manifest.mesh.voxel, 0);
+  EXPECT_FALSE(points->manifest.mesh.frame.empty());
+  const DenseManifest::Mesh::Chunk& entry = points->manifest.mesh.chunks[0];
+  std::optional<Result<Bytes>> bytes;
+  web_.blobs().Fetch(entry.blob, points->owner,
+                     [&](Result<Bytes> came) { bytes = std::move(came); });
+  ASSERT_TRUE(WaitFor([&] { return bytes.has_value(); }));
+  ASSERT_TRUE(bytes->ok()) << bytes->error();
+  EXPECT_EQ(DecodeMeshChunk(**bytes)->triangles.size(), entry.num_triangles);
+}
+
+TEST_F(DenseServiceTest, WithoutMemoryForItNoMeshIsMade) {
+  StorePhotos();
+  ShowMap(1);
+  const auto service = Start(0);
+  ASSERT_TRUE(WaitFor([&] { return NumPhotos() == 4; }));
+  EXPECT_FALSE(
+      loop_.RunUntil([&] { return store_.Find(kSubmap)->manifest.NumTriangles() > 0; }, 3));
 }
 
 TEST_F(DenseServiceTest, APhotoThatCannotBeDecodedIsLeftOut) {

@@ -278,6 +278,49 @@ const cases = {
     return server.url;
   },
 
+  async 'the mesh is shown after the surface, and asked for only then'({ browser, start }) {
+    const server = await start('--at', 'end', '--depth', '60', '--mesh');
+    const { page } = browser;
+    const asked = [];
+    page.on('request', (r) => /\/mesh/.test(r.url()) && asked.push(r.url()));
+    await page.goto(server.url);
+    const before = await browser.until('the map is there', (s) => isShown(s) && s.surface.of.length === 1 && s.mesh.of.length === 1);
+    await page.keyboard.press('p');
+    await browser.until('the surface is there', (s) => s.surface.on && s.surface.points > 10000 && s.surface.loading === 0);
+    assert.deepEqual(asked, []);
+    await page.keyboard.press('p');
+    const triangles = 45 * 2 * 32 * 24; // a piece of a plane before each photo
+    const shown = await browser.until('the mesh is there', (s) => s.mesh.on && s.mesh.triangles === triangles && s.mesh.loading === 0);
+    assert.deepEqual([shown.mesh.trianglesShown, shown.pointsShown, shown.surface.pointsShown, shown.surface.on], [triangles, 0, 0, false]);
+    assert.equal(await page.locator('#tool_surface').getAttribute('aria-pressed'), 'true');
+    await browser.rest();
+    await picture(page, 'mesh');
+    // A point of it is told, and a distance is measured on it.
+    const [a, b] = await twoPoints(page);
+    const box = await page.locator('#canvas').boundingBox();
+    await page.mouse.click(box.x + a.x, box.y + a.y);
+    await browser.until('the point is told', (s) => s.selection?.isMesh && s.selection.seen.photos.length === 0);
+    await page.locator('.inspect', { hasText: 'A point of the surface.' }).waitFor();
+    await page.locator('#tool_measure').click();
+    for (const { x, y } of [a, b]) await page.mouse.click(box.x + x, box.y + y);
+    await page.locator('.measure_label').waitFor();
+    await page.keyboard.press('Escape');
+    // An earlier time has points in its place.
+    await page.locator('#timeline input').evaluate((slider) => {
+      slider.value = 300;
+      slider.dispatchEvent(new Event('input'));
+    });
+    await browser.until('an earlier time has points', (s) => !s.isLive && s.mesh.trianglesShown === 0 && s.pointsShown > 0);
+    await page.locator('#timeline .now').click();
+    await browser.until('now again', (s) => s.isLive && s.mesh.trianglesShown === triangles);
+    // A reload keeps the choice; the key takes it back.
+    await page.reload();
+    await browser.until('it is shown again', (s) => s.mesh.on && s.mesh.trianglesShown === triangles && s.mesh.loading === 0);
+    await page.keyboard.press('p');
+    await browser.until('the points are back', (s) => !s.mesh.on && s.pointsShown === before.pointsShown && s.mesh.trianglesShown === 0);
+    return server.url;
+  },
+
   async 'confidence as colour: a switch, a legend, and colours as they were'({ browser, start }) {
     const server = await start('--at', 'end', '--depth', '100');
     const { page } = browser;

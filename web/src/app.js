@@ -7,6 +7,7 @@ import { doorOf, kConnecting, kUnreachable } from './door.js';
 import { Feed } from './feed.js';
 import { heirOf, liveSubmaps, notPlacedOf, placeOf, standingOf, summarize } from './fold.js';
 import { guidanceOf } from './guidance.js';
+import { kMesh } from './mesh.js';
 import { thumbnailUrl } from './photo_urls.js';
 import * as sim from './similarity.js';
 import { Shapes } from './shapes.js';
@@ -35,9 +36,12 @@ import { World } from './world.js';
 
 const kPhonePoints = 2_000_000;
 const kDefaultPoints = 10_000_000;
+const kPhoneTriangles = 300_000;
+const kDefaultTriangles = 1_000_000;
 const kFaded = 0.55; // of points, in a replay, until it is known when each came
 const kUpdateMs = 120;
 const kSurfaceLabel = 'Surface instead of points (P)';
+const kMeshLabel = 'Points, surface or mesh (P)';
 
 const storedTheme = () => storedChoice('theme', ['dark', 'light']); // null: as the system says
 const isPhone = () => matchMedia('(pointer: coarse)').matches;
@@ -59,7 +63,8 @@ export class App {
     this.tintMaps = true;
     this.showsStations = true;
     this.showsConfidence = false;
-    this.wantsSurface = storedChoice('points', ['surface']) !== null;
+    this.wants = storedChoice('points', ['surface', 'mesh']) ?? 'points'; // to be shown
+    this.maxTriangles = isPhone() ? kPhoneTriangles : kDefaultTriangles;
     this.theme = 'dark';
     this.updatedAt = -Infinity;
     this.clockOffset = null; // utime of the server less performance.now(), in microseconds
@@ -103,7 +108,10 @@ export class App {
       chunkGone: (id, chunkId) => this.viewer.submaps.dropChunk(id, chunkId),
       chunkCut: (id, chunkId, points) => this.viewer.submaps.cutChunk(id, chunkId, points),
       gone: (id) => {
-        if (this.world.dropShape(id)) this.dense.again(id);
+        if (this.world.dropShape(id)) {
+          this.dense.again(id);
+          this.mesh.again(id);
+        }
         this.changed();
       },
       load: (waiting) => {
@@ -112,12 +120,16 @@ export class App {
       },
     }, { budget: this.maxPoints });
     this.dense = this.followDense();
+    this.mesh = this.followMesh();
     this.feed = new Feed({
       reset: (id) => this.begin(id),
       events: (events) => this.take(events),
       synced: () => this.wantShapes(),
       shape: (message) => this.hear(this.shapes, message),
-      dense: (message) => this.hear(this.dense, message),
+      dense: (message) => {
+        this.hear(this.dense, message);
+        this.hear(this.mesh, { ...message, gone: message.gone || !(message.triangles > 0) });
+      },
       status: (message) => {
         this.status = message;
         this.changed();
@@ -128,7 +140,10 @@ export class App {
         this.hasTried = true;
         if (again) this.numConnections++;
         if (again) this.askSession();
-        if (again) this.dense.doubt();
+        if (again) {
+          this.dense.doubt();
+          this.mesh.doubt();
+        }
         if (connection.connected && this.feed.synced) this.wantShapes();
         this.changed();
       },
@@ -157,7 +172,28 @@ export class App {
         this.loadingDense = waiting;
         this.changed();
       },
-    }, { budget: this.maxPoints, form: kDense, wants: (id, { image }) => this.world.hasPose(id, image), follows: this.wantsSurface });
+    }, { budget: this.maxPoints, form: kDense, wants: (id, { image }) => this.world.hasPose(id, image), follows: this.wants === 'surface' });
+  }
+
+  // The same.
+  followMesh() {
+    return new Shapes({
+      manifest: () => this.changed(),
+      chunk: (id, chunkId, chunk, { frame }) => {
+        this.world.setMeshChunk(id, chunkId, chunk, frame);
+        this.changed();
+      },
+      chunkGone: (id, chunkId) => this.viewer.submaps.dropMeshChunk(id, chunkId),
+      chunkCut: (id, chunkId, triangles) => this.viewer.submaps.cutMeshChunk(id, chunkId, triangles),
+      gone: (id) => {
+        this.viewer.submaps.dropMesh(id);
+        this.changed();
+      },
+      load: (waiting) => {
+        this.loadingMesh = waiting;
+        this.changed();
+      },
+    }, { budget: this.maxTriangles, form: kMesh, follows: this.wants === 'mesh' });
   }
 
   begin(session) {
@@ -166,6 +202,7 @@ export class App {
     this.measure.begin(session);
     this.section.reset();
     this.dense.reset();
+    this.mesh.reset();
     this.shapes.reset();
     this.world.reset();
     this.status = null;
@@ -225,7 +262,7 @@ export class App {
   // Of every live submap: what was told while nobody listened is not told again.
   wantShapes() {
     for (const submap of liveSubmaps(this.timeline.live)) this.shapes.announce(submap.id, 0);
-    for (const id of new Set([...this.shapes.submaps.keys(), ...this.dense.submaps.keys()])) {
+    for (const id of new Set([this.shapes, this.dense, this.mesh].flatMap((s) => [...s.submaps.keys()]))) {
       if (this.timeline.live.submaps.get(id)?.ended && !this.world.joining.has(id)) this.drop(id);
     }
   }
@@ -239,6 +276,7 @@ export class App {
 
   drop(submap) {
     this.dense.drop(submap);
+    this.mesh.drop(submap);
     this.shapes.drop(submap);
   }
 
@@ -343,21 +381,35 @@ export class App {
     this.measure.update(kMark[this.theme]);
   }
 
-  // Of submaps that have a surface: that, or their points.
+  // Of submaps that have a surface or a mesh: that, or their points. An earlier time has no mesh.
   showSurface() {
-    const has = this.dense.submaps.size > 0;
-    const on = has && this.wantsSurface;
+    const has = this.kindsToShow().length > 1;
+    const on = this.dense.submaps.size > 0 && this.wants === 'surface';
+    const isMesh = this.mesh.submaps.size > 0 && this.wants === 'mesh';
     this.world.showSurfaces();
     this.viewer.submaps.showSurfaces(on);
+    this.viewer.submaps.showMeshes(isMesh && this.timeline.isLive);
     this.viewer.showConfidence(this.showsConfidence);
     this.legend.update({ on: this.showsConfidence, hasColours: on });
     const button = byId('tool_surface');
-    const label = has ? kSurfaceLabel : 'No surface yet: skein-dense makes it of photos that are placed';
+    const label = this.surfaceLabel(has, isMesh);
     button.disabled = !has;
-    button.setAttribute('aria-pressed', String(on));
+    button.setAttribute('aria-pressed', String(on || isMesh));
     if (button.title === label) return;
     button.title = label;
     button.setAttribute('aria-label', label);
+  }
+
+  surfaceLabel(has, isMesh) {
+    if (!has) return 'No surface yet: skein-dense makes it of photos that are placed';
+    if (this.mesh.submaps.size === 0) return kSurfaceLabel;
+    if (!isMesh || this.mesh.share >= 1) return kMeshLabel;
+    return `${kMeshLabel}. The mesh is coarser than it was made: at most ${this.maxTriangles.toLocaleString('en')} triangles are drawn`;
+  }
+
+  // What P goes through.
+  kindsToShow() {
+    return ['points', ...(this.dense.submaps.size > 0 ? ['surface'] : []), ...(this.mesh.submaps.size > 0 ? ['mesh'] : [])];
   }
 
   tick() {
@@ -422,11 +474,12 @@ export class App {
     this.changed();
   }
 
-  async selectPoint({ submap, chunk, index, version, own, point, photo }) {
-    const selection = { submap, chunk, index, version, own, point, photo, at: this.world.coordinatesOf(submap, own), seen: null };
+  async selectPoint({ submap, chunk, index, version, own, point, photo, isMesh }) {
+    const selection = { submap, chunk, index, version, own, point, photo, isMesh, at: this.world.coordinatesOf(submap, own), seen: null };
     if (photo) selection.seen = { photos: this.world.sightingsOf(submap, photo, own) };
+    if (isMesh) selection.seen = { photos: [] };
     this.select(selection);
-    if (photo) return;
+    if (selection.seen) return;
     try {
       const answer = await fetch(`/api/submaps/${submap}/chunks/${chunk}/points/${index}?v=${version}`);
       if (answer.status === 404) selection.seen = { error: 'The map has changed just now: click the point again.' };
@@ -565,7 +618,7 @@ export class App {
       tool('follow', 'follow', 'Follow the newest photo (N)', () => this.setFollow(!this.follow), 'false'),
       tool('fly', 'fly', 'Fly: look around with the mouse, move with W A S D Q E (V)', () => this.setFlying(!viewer.controls.flying), 'false'),
       tool('measure', 'measure', 'Measure a distance or an area (M)', () => this.measure.setActive(!this.measure.active), 'false'),
-      tool('surface', 'surface', kSurfaceLabel, () => this.setSurface(!this.wantsSurface), 'false'),
+      tool('surface', 'surface', kSurfaceLabel, () => this.showNext(), 'false'),
       this.settings.button, this.settings.element);
   }
 
@@ -591,11 +644,14 @@ export class App {
     if (this.newest) this.viewer.followCamera(this.newest);
   }
 
-  setSurface(on) {
-    if (this.dense.submaps.size === 0) return;
-    this.wantsSurface = on;
-    storeChoice('points', on ? 'surface' : null);
-    this.dense.follow(on);
+  // Points, then the surface, then the mesh, of those that there are.
+  showNext() {
+    const kinds = this.kindsToShow();
+    if (kinds.length === 1) return;
+    this.wants = kinds[(kinds.indexOf(this.wants) + 1) % kinds.length];
+    storeChoice('points', this.wants === 'points' ? null : this.wants);
+    this.dense.follow(this.wants === 'surface');
+    this.mesh.follow(this.wants === 'mesh');
     this.changed();
   }
 
@@ -631,7 +687,7 @@ export class App {
     if (typing) return;
     const actions = {
       f: () => this.fit(), n: () => this.setFollow(!this.follow), v: () => this.setFlying(!this.viewer.controls.flying),
-      m: () => this.measure.setActive(!this.measure.active), p: () => this.setSurface(!this.wantsSurface), '?': () => showHelp(this.session.version ?? ''),
+      m: () => this.measure.setActive(!this.measure.active), p: () => this.showNext(), '?': () => showHelp(this.session.version ?? ''),
       Escape: () => (this.measure.active ? this.measure.setActive(false) : this.select(null)),
       ...(onButton ? {} : { ' ': () => this.timebar.toggle() }),
     };
@@ -660,6 +716,10 @@ export class App {
       surface: {
         of: [...this.dense.submaps.keys()], on: this.viewer.submaps.showsSurfaces, loading: this.loadingDense ?? 0,
         points: this.viewer.submaps.numSurfacePoints, pointsShown: this.viewer.submaps.numSurfacePointsShown,
+      },
+      mesh: {
+        of: [...this.mesh.submaps.keys()], on: this.viewer.submaps.showsMeshes, loading: this.loadingMesh ?? 0,
+        triangles: this.viewer.submaps.numTriangles, trianglesShown: this.viewer.submaps.numTrianglesShown,
       },
       section: this.viewer.submaps.section,
       cameras: [...this.viewer.cameras.placed.keys()], shapes: [...this.world.shapes.keys()], selection: this.selection,

@@ -8,7 +8,8 @@ const kVersionsTried = 3;
 const kKeptTimes = 2; // of the points that the budget allows: a chunk with more is cut
 
 // A form of shapes: where the server has them, and `checked`, which bounds what a page believes of a manifest and throws
-// on what is none. dropsAbsent: whether a manifest that the server has no more ends the shape.
+// on what is none. dropsAbsent: whether a manifest that the server has no more ends the shape. isWhole: chunks have no
+// prefixes, and none is taken but of the version that the manifest names. decode(bytes, points): a chunk with at most about as many points, `points` of them by the budget's count.
 export const kSparse = {
   manifestPath: (submap) => `/api/submaps/${submap}`,
   chunkPath: (submap, chunk) => `/api/submaps/${submap}/chunks/${chunk}`,
@@ -200,10 +201,10 @@ export class Shapes {
     let chunk = null;
     let newer = version;
     try {
-      for (let tries = 0; !chunk && newer && tries < kVersionsTried; ++tries) {
-        const headers = wanted < points ? { Range: `bytes=0-${prefixBytes(wanted) - 1}` } : {};
+      for (let tries = this.form.isWhole ? 1 : kVersionsTried; !chunk && newer && tries > 0; --tries) {
+        const headers = wanted < points && !this.form.isWhole ? { Range: `bytes=0-${prefixBytes(wanted) - 1}` } : {};
         const answer = await this.fetch(`${this.form.chunkPath(id, chunkId)}?v=${newer}`, { headers });
-        if (answer.ok) chunk = decodeChunk(await answer.arrayBuffer());
+        if (answer.ok) chunk = (this.form.decode ?? decodeChunk)(await answer.arrayBuffer(), wanted);
         else newer = answer.status === 404 ? Number((await answer.json()).version) : 0;
       }
     } catch {

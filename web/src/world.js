@@ -5,6 +5,7 @@ import { photoPlaces, projectPoint } from './dense.js';
 import { heirOf, liveSubmaps, placeOf } from './fold.js';
 import { coordinatesOf, joined, measureSubmap, sideBySide } from './frames.js';
 import { stationCameras } from './guidance.js';
+import { framePlace } from './mesh.js';
 import { prepareCameras, ranksOf } from './reveal.js';
 import * as sim from './similarity.js';
 
@@ -40,9 +41,23 @@ export class World {
       if (join.target === id && [...join.photos].some((image) => cameras.has(image))) join.arrived = true;
     }
     this.placeSurface(id);
+    this.placeMesh(id);
   }
 
   // ---- surfaces
+
+  // An adjustment may move the submap's whole frame: the mesh goes with the photos.
+  placeMesh(id) {
+    this.viewer.submaps.placeMesh(id, (frame) => this.framePlaceOf(id, frame));
+  }
+
+  setMeshChunk(id, chunkId, chunk, frame) {
+    this.viewer.submaps.setMeshChunk(id, chunkId, chunk, frame, this.framePlaceOf(id, frame));
+  }
+
+  framePlaceOf(id, frame) {
+    return framePlace(frame, this.shapes.get(id)?.cameras ?? new Map());
+  }
 
   setDense(id, manifest) {
     this.dense.set(id, manifest);

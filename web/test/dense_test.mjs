@@ -238,7 +238,7 @@ test('What a submap lost with its shape is loaded anew', async () => {
 function makeWorld() {
   const places = new Map();
   const submaps = {
-    setPhotos: (id, photos) => places.set(id, [...photos.keys()]), dropSurface: (id) => places.delete(id), goalOf: () => null, drop: () => {},
+    setPhotos: (id, photos) => places.set(id, [...photos.keys()]), dropSurface: (id) => places.delete(id), placeMesh: () => {}, goalOf: () => null, drop: () => {},
   };
   const live = emptyState();
   for (const [image, firstPlaced] of [[1, 100], [2, 200], [3, 0]]) live.photos.set(image, { firstPlaced });

@@ -9,7 +9,7 @@ function makeViewer() {
   const moving = new Set();
   const submaps = {
     placeOf: identity, goalOf: identity, samplePoints: () => [], setPlace: (id) => moving.add(id), isMoving: (id) => moving.has(id),
-    drop: (id) => moving.delete(id),
+    drop: (id) => moving.delete(id), placeMesh: () => {},
   };
   return { submaps, rest: () => moving.clear() };
 }

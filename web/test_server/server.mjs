@@ -23,14 +23,14 @@ import { dirname, extname, join, normalize, resolve } from 'node:path';
 import { createInterface } from 'node:readline';
 import { fileURLToPath } from 'node:url';
 import { parseArgs } from 'node:util';
-import { chunkBytes, denseAt, denseChunkBytes, depthPoints, drawing, guidanceAt, makeSession, shapeAt } from './synthetic.mjs';
+import { chunkBytes, denseAt, denseChunkBytes, depthPoints, drawing, guidanceAt, makeSession, meshAt, meshChunkBytes, shapeAt } from './synthetic.mjs';
 
 const { values: options } = parseArgs({
   options: {
     port: { type: 'string', default: '8471' }, page: { type: 'string', default: join(dirname(fileURLToPath(import.meta.url)), '../dist') },
     speed: { type: 'string', default: '8' }, photos: { type: 'string', default: '24' }, points: { type: 'string', default: '30000' },
     gps: { type: 'boolean', default: false }, at: { type: 'string', default: 'start' }, hold: { type: 'string', default: 'Infinity' },
-    depth: { type: 'string', default: '60' },
+    depth: { type: 'string', default: '60' }, mesh: { type: 'boolean', default: false },
   },
 });
 const session = makeSession({
@@ -78,6 +78,7 @@ const sendJson = (response, value, status = 200) => send(response, status, JSON.
 // Made once a second, as mappers do.
 const shapes = new Map();
 const dense = new Map(); // submap -> denseAt()
+const meshes = new Map(); // submap -> meshAt()
 let shapesAt = -1;
 function makeShapes() {
   if (shapesAt === told) return;
@@ -86,6 +87,7 @@ function makeShapes() {
   for (const id of [1, 2]) {
     shapes.set(id, shapeAt(session, id, now));
     dense.set(id, Number(options.depth) > 0 ? denseAt(session, id, now, depthOf) : null);
+    meshes.set(id, options.mesh ? meshAt(session, id, now) : null);
   }
 }
 
@@ -152,6 +154,17 @@ const routes = [
     const photo = dense.get(Number(id))?.photos.find((p) => p.chunks.some((c) => c.id === Number(chunk)));
     if (!photo || query.get('v') !== '1') return sendJson(r, { error: 'gone', version: photo ? 1 : undefined }, 404);
     return sendRange(request, r, denseChunkBytes(depthOf(session.photos[photo.image - 1]), Number(chunk)));
+  }],
+  [/^\/api\/submaps\/(\d+)\/mesh$/, (r, [id]) => {
+    const mesh = meshes.get(Number(id));
+    if (mesh) sendJson(r, mesh);
+    else sendJson(r, { error: 'this submap has no mesh' }, 404);
+  }],
+  [/^\/api\/submaps\/(\d+)\/mesh\/(\d+)$/, (r, [id, image], query) => {
+    const chunk = meshes.get(Number(id))?.chunks.find((c) => c.id === Number(image));
+    if (String(chunk?.version) !== query.get('v')) return sendJson(r, { error: 'gone', version: chunk?.version }, 404);
+    const { pose } = meshes.get(Number(id)).frame.find((p) => p.image === Number(image));
+    return send(r, 200, meshChunkBytes(session, session.photos[chunk.id - 1], pose, session.frames[id].s, chunk.version), 'application/octet-stream');
   }],
   [/^\/api\/submaps\/(\d+)\/chunks\/(\d+)\/points\/(\d+)$/, (r, [id, chunk, index]) => {
     const shape = shapes.get(Number(id));
@@ -220,7 +233,8 @@ server.on('upgrade', (request, socket) => {
 
 function denseMessage({ submap, version, photos }) {
   const points = photos.flatMap((p) => p.chunks).reduce((n, c) => n + c.points, 0);
-  return { type: 'dense', submap, version, photos: photos.length, points };
+  const triangles = meshes.get(submap)?.chunks.reduce((n, c) => n + c.triangles, 0) ?? 0;
+  return { type: 'dense', submap, version, photos: photos.length, points, triangles };
 }
 
 // Once every 50 ms: what has happened by now.

@@ -354,6 +354,60 @@ export function denseChunkBytes({ points }, id) {
   return encodeChunk(points.slice(from, from + kMaxChunkPoints), 1);
 }
 
+const [kMeshColumns, kMeshRows] = [32, 24]; // of squares
+
+// The mesh of a submap at a time, as the server tells it; null if there is none. A chunk is a piece of a plane before a photo.
+export function meshAt(session, submap, utime) {
+  const shape = shapeAt(session, submap, utime);
+  if (!shape) return null;
+  const frame = shape.manifest.photos.map(({ image, pose }) => ({ image, pose }));
+  const { version } = shape.manifest;
+  const joined = version >= 1000 ? 2 : 1; // poses are others then
+  return { submap, version, voxel: 0.05, frame, chunks: frame.map(({ image }) => ({ id: image, version: joined, triangles: 2 * kMeshColumns * kMeshRows })) };
+}
+
+// At the median depth of what the photo sees. scale: of the submap's frame.
+export function meshChunkBytes(session, photo, pose, scale, version) {
+  const { centre, worldFromCam } = sim.cameraPlace(pose);
+  const depths = [...photo.seen.values()].map(([, , z]) => z).sort((a, b) => a - b);
+  const depth = scale * depths[depths.length >> 1];
+  const vertices = [];
+  for (let v = 0; v <= kMeshRows; ++v) {
+    for (let u = 0; u <= kMeshColumns; ++u) {
+      const ray = [((u / kMeshColumns - 0.5) * session.width) / session.focal, ((v / kMeshRows - 0.5) * session.height) / session.focal, 1];
+      vertices.push(sim.add(centre, sim.rotate(worldFromCam, sim.scaled(ray, depth))));
+    }
+  }
+  const triangles = [];
+  for (let v = 0; v < kMeshRows; ++v) {
+    for (let u = 0; u < kMeshColumns; ++u) {
+      const a = v * (kMeshColumns + 1) + u;
+      const below = a + kMeshColumns + 1;
+      triangles.push([a, below, below + 1], [a, below + 1, a + 1]);
+    }
+  }
+  return encodeMesh(vertices, triangles, [90 + (photo.id * 37) % 150, 110, 200 - (photo.id * 53) % 150], version);
+}
+
+export function encodeMesh(vertices, triangles, colour, version) {
+  const low = [0, 1, 2].map((k) => Math.min(...vertices.map((p) => p[k])));
+  const high = [0, 1, 2].map((k) => Math.max(...vertices.map((p) => p[k])));
+  const step = Math.max(...high.map((v, k) => v - low[k]), 1e-9) / 65535;
+  const bytes = new DataView(new ArrayBuffer(52 + 9 * vertices.length + 6 * triangles.length));
+  bytes.setUint32(0, 0x534b5431, false);
+  bytes.setUint32(4, vertices.length, true);
+  bytes.setUint32(8, triangles.length, true);
+  low.forEach((v, k) => bytes.setFloat64(12 + 8 * k, v, true));
+  bytes.setFloat64(36, step, true);
+  bytes.setBigUint64(44, BigInt(version), true);
+  vertices.forEach((p, n) => {
+    p.forEach((v, k) => bytes.setUint16(52 + 9 * n + 2 * k, Math.round((v - low[k]) / step), true));
+    colour.forEach((v, k) => bytes.setUint8(52 + 9 * n + 6 + k, v));
+  });
+  triangles.flat().forEach((v, n) => bytes.setUint16(52 + 9 * vertices.length + 2 * n, v, true));
+  return Buffer.from(bytes.buffer);
+}
+
 const kDots = 1000; // of a drawing: a browser takes longer over ten times as many than over a photo
 
 // The photo as a drawing: what its camera sees of the points, or of a sample of them with larger dots.

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
 #include <unordered_map>
 #include <utility>
 
@@ -102,29 +103,30 @@ struct BlockNet {
 
 class NetMaker {
  public:
-  explicit NetMaker(const SurfaceVolume& volume)
-      : volume_(volume), blocks_(volume.Blocks()), nets_(blocks_.size()) {
+  // Triangles are made of the first `num_own` blocks; the others give vertices to them.
+  NetMaker(const SurfaceVolume& volume, std::vector<BlockIndex> blocks, size_t num_own)
+      : volume_(volume), blocks_(std::move(blocks)), num_own_(num_own), nets_(blocks_.size()) {
     for (size_t i = 0; i < blocks_.size(); ++i) net_of_[blocks_[i]] = &nets_[i];
   }
 
   SurfaceMesh Make() {
     SetOrigin();
-    ForEachNet([this](size_t i) { AddVertices(blocks_[i], &nets_[i]); });
+    ForEachNet(nets_.size(), [this](size_t i) { AddVertices(blocks_[i], &nets_[i]); });
     uint32_t count = 0;
     for (BlockNet& net : nets_) {
       net.first = count;
       count += static_cast<uint32_t>(net.vertices.size());
     }
     mesh_.vertices.reserve(count);
-    ForEachNet([this](size_t i) { AddTriangles(blocks_[i], &nets_[i]); });
+    ForEachNet(num_own_, [this](size_t i) { AddTriangles(blocks_[i], &nets_[i]); });
     for (BlockNet& net : nets_) Append(&net);
     return std::move(mesh_);
   }
 
  private:
   template <typename Function>
-  void ForEachNet(const Function& function) const {
-    ForEachOnThreads(volume_.num_threads(), nets_.size(), function);
+  void ForEachNet(size_t count, const Function& function) const {
+    ForEachOnThreads(volume_.num_threads(), count, function);
   }
 
   Eigen::Vector3d PositionOf(const BlockIndex& i) const {
@@ -253,13 +255,58 @@ class NetMaker {
 
   const SurfaceVolume& volume_;
   const std::vector<BlockIndex> blocks_;
+  const size_t num_own_;
   std::vector<BlockNet> nets_;  // of each block
   std::unordered_map<BlockIndex, const BlockNet*, BlockHash> net_of_;
   SurfaceMesh mesh_;
 };
 
+// Blocks of the volume in the cube of side^3 blocks from `first` on; is_border: those that touch
+// the cube from below, along any axis.
+void AddBlocks(const SurfaceVolume& volume, const BlockIndex& first, int side, bool is_border,
+               std::vector<BlockIndex>* blocks) {
+  for (int z = -1; z < side; ++z) {
+    for (int y = -1; y < side; ++y) {
+      for (int x = -1; x < side; ++x) {
+        const BlockIndex block = first.Plus(x, y, z);
+        const bool is_below = x < 0 || y < 0 || z < 0;
+        if (is_below == is_border && volume.Find(block) != nullptr) blocks->push_back(block);
+      }
+    }
+  }
+}
+
+// Vertices that no triangle has go.
+void DropUnused(SurfaceMesh* mesh) {
+  constexpr uint32_t kUnused = UINT32_MAX;
+  std::vector<uint32_t> place(mesh->vertices.size(), kUnused);
+  std::vector<MeshVertex> used;
+  for (uint32_t& index : mesh->indices) {
+    if (place[index] == kUnused) {
+      place[index] = static_cast<uint32_t>(used.size());
+      used.push_back(mesh->vertices[index]);
+    }
+    index = place[index];
+  }
+  mesh->vertices = std::move(used);
+}
+
 }  // namespace
 
-SurfaceMesh MeshOf(const SurfaceVolume& volume) { return NetMaker(volume).Make(); }
+SurfaceMesh MeshOf(const SurfaceVolume& volume) {
+  std::vector<BlockIndex> blocks = volume.Blocks();
+  const size_t num_blocks = blocks.size();
+  return NetMaker(volume, std::move(blocks), num_blocks).Make();
+}
+
+SurfaceMesh MeshOfCube(const SurfaceVolume& volume, const BlockIndex& first, int side) {
+  std::vector<BlockIndex> blocks;
+  AddBlocks(volume, first, side, false, &blocks);
+  const size_t num_own = blocks.size();
+  AddBlocks(volume, first, side, true, &blocks);
+  SurfaceMesh mesh = NetMaker(volume, std::move(blocks), num_own).Make();
+  DropUnused(&mesh);
+  return mesh;
+}
 
 }  // namespace skein

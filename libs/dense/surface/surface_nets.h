@@ -18,4 +18,10 @@ constexpr int kLeastWeight = kMostWeight / 32;
 // unknown space, and what no photo shows stays a hole. Vertices are shared.
 SurfaceMesh MeshOf(const SurfaceVolume& volume);
 
+// The triangles of MeshOf that belong to the side^3 blocks from `first` on, with their vertices.
+// The meshes of cubes side by side have the triangles of MeshOf, each once. A vertex on their
+// common border is in both, at the same position. Depends on these blocks and those that touch them
+// alone.
+SurfaceMesh MeshOfCube(const SurfaceVolume& volume, const BlockIndex& first, int side);
+
 }  // namespace skein

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <utility>
 
 #include "testing/wall_maps.h"
@@ -100,6 +101,42 @@ TEST(SurfaceNets, AHoleStaysAHole) {
     beside += pixel.x() < hole.x;
   }
   EXPECT_GT(beside, 1000);
+}
+
+TEST(SurfaceNets, CubesTogetherHaveTheTrianglesOfTheWhole) {
+  SurfaceOptions options;
+  options.voxel = kNetVoxel;
+  SurfaceVolume volume(options);
+  ASSERT_TRUE(volume.Add(ThreeMaps()[0].Coloured()).ok());
+  constexpr int kSide = 4;
+  std::set<BlockIndex> cubes;
+  const auto below = [](int i) { return kSide * ((i - (i < 0 ? kSide - 1 : 0)) / kSide); };
+  for (const BlockIndex& block : volume.Blocks()) {
+    cubes.insert({below(block.x), below(block.y), below(block.z)});
+  }
+  ASSERT_GT(cubes.size(), 4u);
+  const auto area = [](const SurfaceMesh& mesh) {
+    double sum = 0;
+    for (size_t i = 0; i < mesh.indices.size(); i += 3) {
+      const Eigen::Vector3d a = PositionOf(mesh, mesh.indices[i]);
+      sum += (PositionOf(mesh, mesh.indices[i + 1]) - a)
+                 .cross(PositionOf(mesh, mesh.indices[i + 2]) - a)
+                 .norm();
+    }
+    return sum / 2;
+  };
+  int64_t num_triangles = 0;
+  double sum = 0;
+  for (const BlockIndex& cube : cubes) {
+    const SurfaceMesh part = MeshOfCube(volume, cube, kSide);
+    num_triangles += part.NumTriangles();
+    sum += area(part);
+    std::set<uint32_t> used(part.indices.begin(), part.indices.end());
+    EXPECT_EQ(used.size(), part.vertices.size());
+  }
+  const SurfaceMesh whole = MeshOf(volume);
+  EXPECT_EQ(num_triangles, whole.NumTriangles());
+  EXPECT_NEAR(sum, area(whole), 1e-3 * sum);
 }
 
 TEST(SurfaceNets, AnEmptyVolumeHasNoMesh) {

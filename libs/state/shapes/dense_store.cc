@@ -13,6 +13,13 @@ const DenseManifest::Chunk* DensePoints::Find(uint64_t chunk_id) const {
   return nullptr;
 }
 
+const DenseManifest::Mesh::Chunk* DensePoints::FindMeshChunk(uint64_t chunk_id) const {
+  for (const DenseManifest::Mesh::Chunk& chunk : manifest.mesh.chunks) {
+    if (chunk.id == chunk_id) return &chunk;
+  }
+  return nullptr;
+}
+
 void DenseStore::Set(int64_t submap_id, DensePointsPtr points) {
   const std::lock_guard<std::mutex> lock(mutex_);
   points_[submap_id] = std::move(points);

@@ -1,4 +1,4 @@
-// The newest dense points of each submap, as their manifest names them.
+// The newest dense points and mesh of each submap, as their manifest names them.
 #pragma once
 
 #include <cstdint>
@@ -19,6 +19,7 @@ struct DensePoints {
 
   // Null: there is none, or none any more.
   const DenseManifest::Chunk* Find(uint64_t chunk_id) const;
+  const DenseManifest::Mesh::Chunk* FindMeshChunk(uint64_t chunk_id) const;
 };
 using DensePointsPtr = std::shared_ptr<const DensePoints>;
 

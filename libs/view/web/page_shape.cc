@@ -1,5 +1,6 @@
 #include "web/page_shape.h"
 
+#include <array>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -15,6 +16,14 @@ using nlohmann::json;
 
 constexpr int kShapeDigits = 9;
 constexpr int kShareDigits = 4;
+
+// cam_from_world: w, x, y, z of the rotation, then the translation.
+json PoseJson(const std::array<double, 4>& qvec, const std::array<double, 3>& tvec) {
+  json pose = json::array();
+  for (const double value : qvec) pose.push_back(Rounded(value, kShapeDigits));
+  for (const double value : tvec) pose.push_back(Rounded(value, kShapeDigits));
+  return pose;
+}
 
 // Each form of the model is freed once the next one is made: together they are several times the
 // shape.
@@ -52,11 +61,9 @@ std::string ShapeJson(const Shape& shape) {
   json photos = json::array(), chunks = json::array();
   json cameras = json::object();
   for (const ShapePhoto& photo : shape.photos) {
-    json pose = json::array();
-    for (const double value : photo.qvec) pose.push_back(Rounded(value, kShapeDigits));
-    for (const double value : photo.tvec) pose.push_back(Rounded(value, kShapeDigits));
-    photos.push_back(
-        {{"image", photo.image_id}, {"camera", photo.camera_id}, {"pose", std::move(pose)}});
+    photos.push_back({{"image", photo.image_id},
+                      {"camera", photo.camera_id},
+                      {"pose", PoseJson(photo.qvec, photo.tvec)}});
   }
   for (const ShapeCamera& camera : shape.cameras) {
     cameras[std::to_string(camera.camera_id)] = {{"width", camera.width},
@@ -95,12 +102,31 @@ std::string DenseJson(int64_t submap_id, const DensePoints& points) {
       .dump();
 }
 
+std::string MeshJson(int64_t submap_id, const DensePoints& points) {
+  const DenseManifest::Mesh& mesh = points.manifest.mesh;
+  json frame = json::array(), chunks = json::array();
+  for (const DenseManifest::Mesh::FramePhoto& photo : mesh.frame) {
+    frame.push_back({{"image", photo.image_id}, {"pose", PoseJson(photo.qvec, photo.tvec)}});
+  }
+  for (const DenseManifest::Mesh::Chunk& chunk : mesh.chunks) {
+    chunks.push_back(
+        {{"id", chunk.id}, {"version", chunk.version}, {"triangles", chunk.num_triangles}});
+  }
+  return json({{"submap", submap_id},
+               {"version", points.version},
+               {"voxel", mesh.voxel},
+               {"frame", std::move(frame)},
+               {"chunks", std::move(chunks)}})
+      .dump();
+}
+
 std::string DenseMessage(int64_t submap_id, const DensePoints& points) {
   return json({{"type", "dense"},
                {"submap", submap_id},
                {"version", points.version},
                {"photos", points.manifest.photos.size()},
-               {"points", points.manifest.NumPoints()}})
+               {"points", points.manifest.NumPoints()},
+               {"triangles", points.manifest.NumTriangles()}})
       .dump();
 }
 

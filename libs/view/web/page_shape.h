@@ -21,6 +21,8 @@ std::string ShapeJson(const Shape& shape);
 
 // /api/submaps/ID/dense.
 std::string DenseJson(int64_t submap_id, const DensePoints& points);
+// /api/submaps/ID/mesh.
+std::string MeshJson(int64_t submap_id, const DensePoints& points);
 
 // The messages that tell all pages of a submap's dense points, or that it has none any more.
 std::string DenseMessage(int64_t submap_id, const DensePoints& points);

@@ -11,6 +11,7 @@
 
 #include "core/hash.h"
 #include "formats/formats.h"
+#include "formats/mesh_chunk.h"
 #include "sfm/model_io.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_folder.h"
@@ -238,6 +239,39 @@ TEST_F(SessionApiTest, DensePointsAreGivenByTheirOwnersChunks) {
   EXPECT_EQ(StatusOf("/api/submaps/4/dense/5?v=49"), 404);
   EXPECT_TRUE(api_->dense().Drop(kSubmap));
   EXPECT_EQ(StatusOf("/api/submaps/4/dense"), 404);
+}
+
+TEST_F(SessionApiTest, AMeshIsGivenByItsOwnersChunks) {
+  EXPECT_EQ(StatusOf("/api/submaps/4/mesh"), 404);
+  MeshChunk chunk;
+  chunk.step = 1;
+  chunk.vertices.resize(3);
+  chunk.triangles = {{0, 1, 2}};
+  auto points = std::make_shared<DensePoints>();
+  points->owner = "dense";
+  points->version = 50;
+  api_->dense().Set(kSubmap, points);
+  EXPECT_EQ(StatusOf("/api/submaps/4/mesh"), 404) << "points alone";
+  points = std::make_shared<DensePoints>(*points);
+  const std::string blob = Keep(EncodeMeshChunk(chunk));
+  points->manifest.mesh = {
+      0.5, {{2, {1, 0, 0, 0}, {1, 2, 3}}}, {{70, 49, 3, 1, blob}, {71, 49, 3, 2, blob}}};
+  api_->dense().Set(kSubmap, points);
+  const json mesh = GetJson("/api/submaps/4/mesh");
+  EXPECT_EQ(mesh["version"], 50);
+  EXPECT_EQ(mesh["voxel"], 0.5);
+  EXPECT_EQ(mesh["frame"][0]["image"], 2);
+  EXPECT_EQ(mesh["frame"][0]["pose"], json({1, 0, 0, 0, 1, 2, 3}));
+  EXPECT_EQ(mesh["chunks"][0]["triangles"], 1);
+  const HttpResponse bytes = Get("/api/submaps/4/mesh/70?v=49");
+  ASSERT_EQ(bytes.status, 200);
+  EXPECT_TRUE(bytes.immutable);
+  EXPECT_EQ(DecodeMeshChunk(*bytes.bytes)->triangles.size(), 1u);
+  EXPECT_EQ(StatusOf("/api/submaps/4/mesh/71?v=49"), 500)
+      << "not of the size that it is said to be";
+  EXPECT_EQ(json::parse(Get("/api/submaps/4/mesh/70?v=48").text)["version"], 49);
+  EXPECT_EQ(StatusOf("/api/submaps/4/mesh/70"), 400);
+  EXPECT_EQ(StatusOf("/api/submaps/4/mesh/5?v=49"), 404);
 }
 
 // Each photo sees the point where the keypoint is.

@@ -10,6 +10,7 @@
 
 #include "core/log.h"
 #include "formats/formats.h"
+#include "formats/mesh_chunk.h"
 #include "web/events.h"
 #include "web/page_shape.h"
 
@@ -33,6 +34,7 @@ void SubmapsApi::Handle(const PathParts& parts, const HttpRequest& request, Resp
   const std::optional<int64_t> id = ParseId(parts[1]);
   if (!id) return respond(HttpError(400, "a map is a number"));
   if (parts.size() >= 3 && parts[2] == "dense") return HandleDense(*id, parts, request, respond);
+  if (parts.size() >= 3 && parts[2] == "mesh") return HandleMesh(*id, parts, request, respond);
   source_.on_look();
   WithShape(*id, respond, [this, parts, request, respond](const ShapePtr& shape) {
     if (parts.size() == 2) return respond(JsonResponse(ShapeJson(*shape)));
@@ -137,14 +139,35 @@ void SubmapsApi::HandleDense(int64_t submap_id, const PathParts& parts, const Ht
   const auto* chunk = id ? points->Find(static_cast<uint64_t>(*id)) : nullptr;
   if (chunk == nullptr) return respond(NoSuch("such chunk of the newest dense points"));
   if (!IsVersion(chunk->version, request, respond)) return;
-  blobs_.FetchAll({chunk->points_blob}, points->owner, respond,
-                  [respond, num_points = chunk->num_points](BlobFetcher::Blobs blobs) {
-                    Bytes& bytes = blobs.begin()->second;
-                    if (bytes.size() != kShapeChunkHeaderBytes + kShapePointBytes * num_points) {
-                      return AnswerError(respond, DataLoss("not a chunk of that size"));
-                    }
-                    AnswerChunk(std::make_shared<const Bytes>(std::move(bytes)), respond);
-                  });
+  AnswerBlob(chunk->points_blob, points->owner,
+             kShapeChunkHeaderBytes + kShapePointBytes * chunk->num_points, respond);
+}
+
+void SubmapsApi::HandleMesh(int64_t submap_id, const PathParts& parts, const HttpRequest& request,
+                            const Respond& respond) {
+  const DensePointsPtr points = dense_.Find(submap_id);
+  if (points == nullptr || points->manifest.mesh.chunks.empty()) {
+    return respond(NoSuch("mesh of map " + std::to_string(submap_id) + " yet"));
+  }
+  if (parts.size() == 3) return respond(JsonResponse(MeshJson(submap_id, *points)));
+  const std::optional<int64_t> id = parts.size() == 4 ? ParseId(parts[3]) : std::nullopt;
+  const auto* chunk = id ? points->FindMeshChunk(static_cast<uint64_t>(*id)) : nullptr;
+  if (chunk == nullptr) return respond(NoSuch("such chunk of the newest mesh"));
+  if (!IsVersion(chunk->version, request, respond)) return;
+  AnswerBlob(chunk->blob, points->owner, MeshChunkBytes(chunk->num_vertices, chunk->num_triangles),
+             respond);
+}
+
+// A chunk of another size is refused.
+void SubmapsApi::AnswerBlob(const std::string& blob_id, const std::string& owner, size_t num_bytes,
+                            const Respond& respond) {
+  blobs_.FetchAll({blob_id}, owner, respond, [respond, num_bytes](BlobFetcher::Blobs blobs) {
+    Bytes& bytes = blobs.begin()->second;
+    if (bytes.size() != num_bytes) {
+      return AnswerError(respond, DataLoss("not a chunk of that size"));
+    }
+    AnswerChunk(std::make_shared<const Bytes>(std::move(bytes)), respond);
+  });
 }
 
 void SubmapsApi::GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,

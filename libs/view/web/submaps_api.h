@@ -1,5 +1,5 @@
-// /api/submaps: map snapshots (shapes), their chunks, the photos that see a point, and dense
-// points.
+// /api/submaps: map snapshots (shapes), their chunks, the photos that see a point, dense points,
+// and meshes.
 #pragma once
 
 #include <cstdint>
@@ -38,6 +38,10 @@ class SubmapsApi {
                              int64_t version);
   void HandleDense(int64_t submap_id, const PathParts& parts, const HttpRequest& request,
                    const Respond& respond);
+  void HandleMesh(int64_t submap_id, const PathParts& parts, const HttpRequest& request,
+                  const Respond& respond);
+  void AnswerBlob(const std::string& blob_id, const std::string& owner, size_t num_bytes,
+                  const Respond& respond);
   void GetChunk(const Shape& shape, const PathParts& parts, const HttpRequest& request,
                 Respond respond);
   static bool IsVersion(uint64_t version, const HttpRequest& request, const Respond& respond);

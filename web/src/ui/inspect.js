@@ -98,7 +98,7 @@ export class Inspect {
     parts.push(places(view, selection));
     if (!seen) parts.push(h('p', { className: 'muted' }, 'Asking who sees it…'));
     else if (seen.error) parts.push(h('p', { className: 'muted' }, seen.error));
-    else if (selection.photo) {
+    else if (selection.photo || selection.isMesh) {
       parts.push(h('p', {}, seen.photos.length ? 'A point of the surface. It is from the depth map of this photo.' : 'A point of the surface.'));
       parts.push(h('ul', { className: 'sightings' }, seen.photos.map((s) => this.sighting(view, s))));
     } else {
@@ -127,7 +127,7 @@ export class Inspect {
 function signatureOf(view) {
   const { state, selection, theme } = view;
   if (!selection) return 'none';
-  if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.photo, selection.seen ?? null]);
+  if (!selection.image) return JSON.stringify(['point', theme, selection.submap, selection.chunk, selection.index, selection.photo, selection.isMesh, selection.seen ?? null]);
   const photo = state.photos.get(selection.image);
   if (!photo) return `absent ${selection.image}`;
   const { submap, trial, ...standing } = standingOf(state, photo, view.diagnoses);

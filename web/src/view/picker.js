@@ -2,6 +2,7 @@
 import { Color, WebGLRenderTarget } from 'three';
 import * as sim from '../similarity.js';
 import { pointPickMaterial } from './points.js';
+import { meshPickMaterial } from './triangles.js';
 
 const kPickPx = 13; // square around the pointer, odd
 
@@ -10,11 +11,12 @@ export class Picker {
   constructor({ renderer, scene, camera, shared, submaps, frusta }) {
     Object.assign(this, { renderer, scene, camera, shared, submaps, frusta });
     this.material = pointPickMaterial(shared);
+    this.meshMaterial = meshPickMaterial(shared);
     this.target = new WebGLRenderTarget(kPickPx, kPickPx);
   }
 
   // x, y, width, height, pointPx: CSS pixels. {image}, {submap, chunk, index, version, own, point, photo: the image that
-  // a surface's point is of} or null.
+  // a surface's point is of, isMesh: whether `index` is that of a mesh's vertex} or null.
   pick(x, y, { width, height, pointPx }) {
     const half = (kPickPx - 1) / 2;
     this.camera.setViewOffset(width, height, x - half, y - half, kPickPx, kPickPx);
@@ -34,12 +36,12 @@ export class Picker {
       object.visible = false;
     }
     this.bases = [];
-    for (const points of this.submaps.drawn()) {
+    for (const points of this.submaps.pickable()) {
       points.pickBase = base;
       this.bases.push({ base, points });
       base += points.shown;
       restore.push([points, points.material]);
-      points.material = this.material;
+      points.material = points.isMesh ? this.meshMaterial : this.material;
     }
     const { fill } = this.frusta;
     restore.push([fill, fill.material]);

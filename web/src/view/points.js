@@ -34,12 +34,21 @@ const kSize = /* glsl */ `
   }
 `;
 
+// A colour in the tint of its submap.
+export const kTinted = /* glsl */ `
+  uniform vec3 uTint;
+  uniform float uTintShare;
+  vec3 tinted(vec3 colour) {
+    float grey = dot(colour, vec3(0.299, 0.587, 0.114));
+    return mix(colour, uTint * (0.35 + 0.9 * grey), uTintShare);
+  }
+`;
+
 const kVertex = /* glsl */ `
   ${kPlaced}
   ${kSize}
+  ${kTinted}
   attribute vec4 colour; // quality in w: of a dense point its confidence
-  uniform vec3 uTint;
-  uniform float uTintShare;
   uniform vec3 uPaper;
   uniform float uFaded;
   uniform bool uShowsConfidence;
@@ -55,10 +64,8 @@ const kVertex = /* glsl */ `
     vec4 seen = modelViewMatrix * vec4(position, 1.0);
     gl_Position = placed(seen);
     gl_PointSize = sizeOf(position, -seen.z);
-    float grey = dot(colour.rgb, vec3(0.299, 0.587, 0.114));
-    vec3 tinted = mix(colour.rgb, uTint * (0.35 + 0.9 * grey), uTintShare);
-    if (uShowsConfidence && uDisc > 0.0) tinted = confidenceColour(colour.w);
-    vColour = mix(tinted, uPaper, uFaded);
+    bool isConfidence = uShowsConfidence && uDisc > 0.0;
+    vColour = mix(isConfidence ? confidenceColour(colour.w) : tinted(colour.rgb), uPaper, uFaded);
   }
 `;
 
@@ -186,6 +193,11 @@ export class ChunkPoints extends Points {
     Object.assign(this, { place, spacing });
     this.matrix.copy(matrixOf(chunkPlace(place, this.chunk)));
     this.matrixWorldNeedsUpdate = true;
+  }
+
+  // Points that can be picked while their chunk is the same.
+  get count() {
+    return this.chunk.points;
   }
 
   // Keeps the first `points`.

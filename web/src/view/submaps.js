@@ -1,10 +1,11 @@
 // The submaps' points: a submap is a group that moves as a whole, a chunk of its points a child. Its surface is chunks as
-// well, each at the place of its photo; where it is shown, the submap's other points are not.
+// well, each at the place of its photo, and so is its mesh, of triangles. One of the three is shown.
 import { Color, Group } from 'three';
 import { pointOf, shareWithin } from '../chunk.js';
 import { visitInside } from '../section.js';
 import * as sim from '../similarity.js';
 import { ChunkPoints, kAll, matrixOf, pointMaterial, setSection, tintUniforms } from './points.js';
+import { ChunkMesh, meshMaterial } from './triangles.js';
 
 const kMoveS = 1.4; // of a submap that changes its place
 
@@ -12,16 +13,19 @@ export class Submaps {
   // shared: pointUniforms(). on: {changed(): it is to be drawn, moved(): what stands in a submap's frame is, too}
   constructor(scene, shared, on, { reducedMotion = () => false } = {}) {
     Object.assign(this, { scene, shared, on, reducedMotion });
-    this.all = new Map(); // id -> {group, material, tint, rank, chunks: Map, surface: Map, photos: Map, place, move, goal}
+    this.all = new Map(); // id -> {group, material, meshMaterial, tint, rank, chunks: Map, surface: Map, mesh: Map, photos: Map, place, move, goal}
     this.visible = true;
     this.section = null; // {low, high} of the display's frame: points outside are hidden
     this.showsSurfaces = false;
+    this.showsMeshes = false;
     this.budget = 2_000_000;
     this.changes = 0; // of points and of their places in their submaps
     this.numPoints = 0; // of chunks, whether shown or not
     this.numPointsShown = 0;
     this.numSurfacePoints = 0; // the same
     this.numSurfacePointsShown = 0;
+    this.numTriangles = 0; // of meshes, whether shown or not
+    this.numTrianglesShown = 0;
   }
 
   // Made where there is none yet.
@@ -33,7 +37,10 @@ export class Submaps {
       group.visible = this.visible;
       const tint = tintUniforms();
       const material = pointMaterial({ ...this.shared, ...tint });
-      submap = { group, material, tint, rank: kAll, chunks: new Map(), surface: new Map(), photos: new Map(), place: null, move: null };
+      submap = {
+        group, material, meshMaterial: meshMaterial({ ...this.shared, ...tint }), tint, rank: kAll,
+        chunks: new Map(), surface: new Map(), mesh: new Map(), photos: new Map(), place: null, move: null,
+      };
       this.all.set(id, submap);
       this.scene.add(group);
     }
@@ -65,6 +72,44 @@ export class Submaps {
     submap.photos = photos;
     for (const points of submap.surface.values()) placeAt(points, photos.get(points.userData.photo));
     this.changed();
+  }
+
+  // frame: photos with their poses in the frame that the chunk was made in. place: submap_from_frame
+  setMeshChunk(id, chunkId, chunk, frame, place) {
+    const submap = this.submap(id);
+    const triangles = chunkIn(submap, submap.mesh, chunkId, () => new ChunkMesh(submap.meshMaterial));
+    triangles.set(chunk);
+    triangles.setPlace(place);
+    triangles.frame = frame;
+    triangles.userData = { submap: id, chunk: chunkId, isMesh: true };
+    this.changed();
+  }
+
+  // placeOf(frame): submap_from_frame
+  placeMesh(id, placeOf) {
+    const mesh = this.all.get(id)?.mesh;
+    if (!mesh?.size) return;
+    const places = new Map(); // of each frame
+    for (const triangles of mesh.values()) {
+      const { frame } = triangles;
+      if (!places.has(frame)) places.set(frame, placeOf(frame));
+      triangles.setPlace(places.get(frame));
+    }
+    this.changed();
+  }
+
+  cutMeshChunk(id, chunkId, count) {
+    this.all.get(id)?.mesh.get(chunkId)?.cut(count);
+    this.changed();
+  }
+
+  dropMeshChunk(id, chunkId) {
+    const submap = this.all.get(id);
+    if (submap) this.remove(submap, submap.mesh, chunkId);
+  }
+
+  dropMesh(id) {
+    for (const chunkId of [...(this.all.get(id)?.mesh.keys() ?? [])]) this.dropMeshChunk(id, chunkId);
   }
 
   // Keeps the first `points` of a chunk.
@@ -109,7 +154,9 @@ export class Submaps {
     if (!submap) return;
     for (const chunkId of [...submap.chunks.keys()]) this.dropChunk(id, chunkId);
     this.dropSurface(id);
+    this.dropMesh(id);
     submap.material.dispose();
+    submap.meshMaterial.dispose();
     this.scene.remove(submap.group);
     this.all.delete(id);
     this.on.moved();
@@ -128,8 +175,20 @@ export class Submaps {
     this.changed();
   }
 
+  // Meshes instead of points, of submaps that have one.
+  showMeshes(on) {
+    if (on === this.showsMeshes) return;
+    this.showsMeshes = on;
+    this.changed();
+  }
+
+  // Whether its surface or its mesh is shown.
   showsSurface(id) {
-    return this.showsSurfaces && this.all.get(id)?.surface.size > 0;
+    return this.showsMesh(id) || (this.showsSurfaces && this.all.get(id)?.surface.size > 0);
+  }
+
+  showsMesh(id) {
+    return this.showsMeshes && this.all.get(id)?.mesh.size > 0;
   }
 
   // null: none.
@@ -154,15 +213,21 @@ export class Submaps {
   // Each chunk that is drawn shows the same share of its points.
   spend() {
     let total = 0;
-    for (const [id, { chunks, surface }] of this.all) {
-      const isSurface = this.showsSurface(id);
-      for (const points of chunks.values()) points.visible = !isSurface;
+    for (const [id, { chunks, surface, mesh }] of this.all) {
+      const isMesh = this.showsMesh(id);
+      const isSurface = this.showsSurface(id) && !isMesh;
+      for (const points of chunks.values()) points.visible = !isSurface && !isMesh;
       for (const points of surface.values()) points.visible = isSurface && points.isPlaced;
+      for (const triangles of mesh.values()) triangles.visible = isMesh;
     }
     for (const { chunk } of this.drawn()) total += chunk.total;
     const share = shareWithin(this.budget, total);
-    Object.assign(this, { numPoints: 0, numPointsShown: 0, numSurfacePoints: 0, numSurfacePointsShown: 0 });
-    for (const { chunks, surface } of this.all.values()) {
+    Object.assign(this, { numPoints: 0, numPointsShown: 0, numSurfacePoints: 0, numSurfacePointsShown: 0, numTriangles: 0, numTrianglesShown: 0 });
+    for (const { chunks, surface, mesh } of this.all.values()) {
+      for (const { chunk, visible } of mesh.values()) {
+        this.numTriangles += chunk.triangles;
+        if (visible) this.numTrianglesShown += chunk.triangles;
+      }
       for (const points of chunks.values()) {
         points.showShare(share);
         this.numPoints += points.chunk.total;
@@ -176,7 +241,12 @@ export class Submaps {
     }
   }
 
-  // The chunks that are drawn while points are.
+  // The chunks of points, and of triangles, that are drawn while points are.
+  * pickable() {
+    yield* this.drawn();
+    for (const { mesh } of this.all.values()) for (const triangles of mesh.values()) if (triangles.visible) yield triangles;
+  }
+
   * drawn() {
     for (const { chunks, surface } of this.all.values()) {
       for (const points of chunks.values()) if (points.visible) yield points;
@@ -237,10 +307,10 @@ export class Submaps {
   }
 
   // Of a point that was picked: where it is in its submap's frame now; null where its chunk is another one.
-  ownOf({ submap, chunk, index, version, photo }) {
+  ownOf({ submap, chunk, index, version, photo, isMesh }) {
     const of = this.all.get(submap);
-    const points = (photo ? of?.surface : of?.chunks)?.get(chunk);
-    if (points?.chunk.version !== version || index >= points.chunk.points) return null;
+    const points = (isMesh ? of?.mesh : photo ? of?.surface : of?.chunks)?.get(chunk);
+    if (points?.chunk.version !== version || index >= points.count) return null;
     return points.own(index);
   }
 
@@ -269,12 +339,12 @@ export class Submaps {
     group.matrixWorldNeedsUpdate = true;
   }
 
-  // visit(x, y, z) of a submap's surface or points, those of the two that are shown, in its frame: all that were loaded and
-  // that the section shows.
+  // visit(x, y, z) of a submap's surface, the vertices of its mesh or its points, those of the three that are shown, in its
+  // frame: all that were loaded and that the section shows.
   eachPoint(id, visit) {
-    const { chunks, surface, place } = this.all.get(id) ?? { chunks: new Map(), surface: new Map() };
+    const { chunks, surface, mesh, place } = this.all.get(id) ?? { chunks: new Map(), surface: new Map(), mesh: new Map() };
     const visitor = this.section && place ? visitInside(this.section, place, visit) : visit;
-    for (const points of [...chunks.values(), ...surface.values()]) if (points.visible) points.each(visitor);
+    for (const points of [...chunks.values(), ...surface.values(), ...mesh.values()]) if (points.visible) points.each(visitor);
   }
 
   // Up to n points of a submap, in its frame.
@@ -294,10 +364,10 @@ export class Submaps {
 }
 
 // Made where there is none yet.
-function chunkIn({ material, group }, chunks, chunkId) {
+function chunkIn({ material, group }, chunks, chunkId, make = () => new ChunkPoints(material)) {
   let points = chunks.get(chunkId);
   if (!points) {
-    points = new ChunkPoints(material);
+    points = make();
     chunks.set(chunkId, points);
     group.add(points);
   }
