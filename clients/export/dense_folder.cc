@@ -5,12 +5,11 @@
 #include <utility>
 #include <vector>
 
+#include "clients/export/ground_files.h"
 #include "clients/export/image_file.h"
 #include "core/file.h"
 #include "core/ply.h"
-#include "depth/ground_grid.h"
 #include "depth/model_depths.h"
-#include "export/geotiff.h"
 #include "export/las.h"
 #include "export/written_names.h"
 #include "surface/mesh_files.h"
@@ -42,7 +41,7 @@ class DenseFolder {
     if (status.ok() && Has(kDense)) status = WritePoints(figures.num_points, folder / "dense.ply");
     if (status.ok() && Has(kLas)) status = WriteLasPoints(folder / "dense.las");
     if (status.ok() && Has(kMesh)) status = WriteMesh(folder, &figures);
-    if (status.ok() && Has(kOrthophoto)) status = WriteGround(folder, &figures);
+    if (status.ok() && Has(kOrthophoto)) status = WriteGroundFiles(folder, &figures);
     if (status.ok()) status = WriteQuality(figures.quality, folder / "surface.json");
     if (!status.ok()) return status;
     return figures;
@@ -157,19 +156,17 @@ class DenseFolder {
     return WriteFileAtomic((folder / "mesh.glb").string(), MeshGlb(made->mesh, z_up));
   }
 
-  Status WriteGround(const fs::path& folder, DenseFigures* figures) const {
-    const std::vector<ColouredMap> maps = ColouredMaps();
+  Status WriteGroundFiles(const fs::path& folder, DenseFigures* figures) const {
     const SurfaceQuality& quality = figures->quality;
-    GroundGrid grid = MakeGroundGrid(maps, quality.ground_sampling_distance);
-    if (grid.height.empty()) return FailedPrecondition("no surface that two photos agree on");
-    figures->cell_m = grid.cell;
-    figures->grid_completeness = grid.Completeness();
-    grid.height += options_.origin->altitude_m.value_or(0);
-    const GridPlace place{*options_.origin, grid.west, grid.north, grid.cell};
-    const std::map<std::string, std::string> metadata = TextsOf(quality);
-    const Status written = WriteGeoTiff(grid.colour, place, metadata, folder / "orthophoto.tif");
-    if (!written.ok()) return written;
-    return WriteGeoTiff(grid.height, place, metadata, folder / "elevation.tif");
+    const Ground ground =
+        MakeGround(ColouredMaps(), options_.origin, quality.ground_sampling_distance);
+    if (ground.grid.height.empty()) {
+      return FailedPrecondition("no surface that two photos agree on");
+    }
+    figures->cell = ground.grid.cell;
+    figures->grid_completeness = ground.grid.Completeness();
+    figures->up = ground.Up();
+    return WriteGround(ground, TextsOf(quality), folder);
   }
 
   static Status WriteQuality(const SurfaceQuality& quality, const fs::path& file) {

@@ -27,8 +27,7 @@ struct DenseOptions {
   std::set<std::string> formats;
   int size_px = 800;  // longer side of a depth map; a smaller photo keeps its own
   int64_t mesh_triangles = MeshOptions().max_triangles;
-  // The model's frame, if it is on the earth: metres to the east, north and up of it. Needed for
-  // kOrthophoto.
+  // The model's frame, if it is on the earth: metres to the east, north and up of it.
   std::optional<GeodeticPosition> origin;
 };
 
@@ -36,8 +35,10 @@ struct DenseFigures {
   SurfaceQuality quality;
   int64_t num_points = 0;     // of kDense and kLas
   int64_t num_triangles = 0;  // of kMesh
-  // The orthophoto's: side of a cell, and the share of the grid that has a colour.
-  double cell_m = 0, grid_completeness = 0;
+  // The orthophoto's: side of a cell, the share of the grid that has a colour, and where up comes
+  // from (Ground::Up).
+  double cell = 0, grid_completeness = 0;
+  std::string up;
 };
 
 // Makes a depth map of each registered photo and keeps the depths that two other maps agree with
@@ -50,9 +51,9 @@ struct DenseFigures {
 //  - "depth": in depth/, of each photo NAME.png (16 bit), NAME.pfm and NAME.error.pfm, and
 //    cameras.json with scale, intrinsics, pose and counts of depths (depth/depth_quality.h) of
 //    each;
-//  - "orthophoto": orthophoto.tif and elevation.tif (depth/ground_grid.h, export/geotiff.h).
-//    Heights are above the ellipsoid or whatever the photos' altitudes are above, else above the
-//    median camera.
+//  - "orthophoto": orthophoto.tif, elevation.tif, hillshade.tif and orthophoto.json
+//    (ground_files.h). Heights are above the ellipsoid or whatever the photos' altitudes are above,
+//    else above the median camera; without `origin`, above the ground plane.
 // and for all formats surface.json, the quality (surface_quality.h), which is also in the GeoTIFFs.
 // clients/README.md describes the files. Takes up to 21 bytes a pixel of all depth maps on the disk
 // of `folder` (depth/scratch_file.h), 32 bytes of memory a point, and up to 2 GiB while maps or a

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -76,6 +77,14 @@ class DenseFolderTest : public testing::Test {
         WallModel(), options, photos, [] {}, folder_.path());
   }
 
+  nlohmann::json ReadJson(const std::string& file) const {
+    return nlohmann::json::parse(*ReadFile((folder_.path() / file).string()));
+  }
+
+  cv::Mat ReadTiff(const std::string& file) const {
+    return cv::imread((folder_.path() / file).string(), cv::IMREAD_UNCHANGED);
+  }
+
   TestFolder folder_;
 };
 
@@ -126,20 +135,49 @@ TEST_F(DenseFolderTest, DepthMapsComeWithTheirCameras) {
 TEST_F(DenseFolderTest, AnOrthophotoHasColoursAndHeights) {
   const Result<DenseFigures> figures = Write({kOrthophoto}, Photo);
   ASSERT_TRUE(figures.ok()) << figures.error();
-  EXPECT_NEAR(figures->cell_m, 10 / 150.0, 0.005);
+  EXPECT_NEAR(figures->cell, 10 / 150.0, 0.005);
   EXPECT_GT(figures->grid_completeness, 0.8);
-  const cv::Mat4b colours =
-      cv::imread((folder_.path() / "orthophoto.tif").string(), cv::IMREAD_UNCHANGED);
-  const cv::Mat1f heights =
-      cv::imread((folder_.path() / "elevation.tif").string(), cv::IMREAD_UNCHANGED);
+  const cv::Mat4b colours = ReadTiff("orthophoto.tif");
+  const cv::Mat1f heights = ReadTiff("elevation.tif");
   ASSERT_FALSE(colours.empty());
   ASSERT_EQ(colours.size(), heights.size());
   const int row = heights.rows / 2;
   const float left = heights(row, heights.cols / 4), right = heights(row, 3 * heights.cols / 4);
-  EXPECT_NEAR((right - left) / (figures->cell_m * (3 * heights.cols / 4 - heights.cols / 4)), 0.3,
+  EXPECT_NEAR((right - left) / (figures->cell * (3 * heights.cols / 4 - heights.cols / 4)), 0.3,
               0.02);
   EXPECT_NEAR(left, 510, 2);
   EXPECT_EQ(colours(row, heights.cols / 4)[3], 255);
+  EXPECT_EQ(ReadTiff("hillshade.tif").size(), heights.size());
+  EXPECT_FALSE(std::filesystem::exists(folder_.path() / "orthophoto.tfw"));
+  const nlohmann::json json = ReadJson("orthophoto.json");
+  EXPECT_EQ(json["unit"], "m");
+  EXPECT_EQ(json["up"], "GPS");
+  EXPECT_EQ(json["columns"], heights.cols);
+  EXPECT_TRUE(json["ground_share"].is_null());
+}
+
+// Without GPS the wall is the ground plane, seen from above: level and at 0.
+TEST_F(DenseFolderTest, AnOrthophotoWithoutGpsIsLevelAndInTheModelsUnit) {
+  DenseOptions options;
+  options.formats = {kOrthophoto};
+  const Result<DenseFigures> figures = WriteDenseFolder(
+      WallModel(), options, Photo, [] {}, folder_.path());
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  EXPECT_EQ(figures->up, "ground plane");
+  const cv::Mat1f heights = ReadTiff("elevation.tif");
+  const cv::Mat1b known = heights == heights, off = known & (cv::abs(heights) > 0.1);  // 1 %
+  EXPECT_GT(cv::countNonZero(known), static_cast<int>(heights.total()) / 2);
+  EXPECT_LT(cv::countNonZero(off), cv::countNonZero(known) / 50);
+  for (const char* file : {"orthophoto.tfw", "elevation.tfw", "hillshade.tfw"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder_.path() / file)) << file;
+  }
+  const nlohmann::json json = ReadJson("orthophoto.json");
+  EXPECT_EQ(json["unit"], "model");
+  EXPECT_EQ(json["heights_above"], "ground plane");
+  EXPECT_GT(json["ground_share"], 0.8);
+  EXPECT_EQ(json["cell"], figures->cell);
+  const auto& up = json["level_from_model"]["rotation"][2];
+  EXPECT_NEAR(up[2].get<double>(), -1 / std::hypot(1, Wall().slope), 0.01) << "to the cameras";
 }
 
 TEST_F(DenseFolderTest, LasHoldsThePoints) {
@@ -189,10 +227,8 @@ TEST_F(DenseFolderTest, TheMeshKeepsItsBudget) {
 TEST_F(DenseFolderTest, QualityIsToldWithTheSurface) {
   const Result<DenseFigures> figures = Write({kDepth, kMesh, kOrthophoto}, Photo);
   ASSERT_TRUE(figures.ok()) << figures.error();
-  const auto read = [this](const std::string& file) {
-    return nlohmann::json::parse(*ReadFile((folder_.path() / file).string()));
-  };
-  const nlohmann::json surface = read("surface.json"), cameras = read("depth/cameras.json");
+  const nlohmann::json surface = ReadJson("surface.json");
+  const nlohmann::json cameras = ReadJson("depth/cameras.json");
   EXPECT_EQ(surface, ToJson(figures->quality));
   EXPECT_EQ(surface["photos"], kPoses.size());
   EXPECT_EQ(surface["unit"], "m");
@@ -208,7 +244,7 @@ TEST_F(DenseFolderTest, QualityIsToldWithTheSurface) {
   EXPECT_NEAR(surface["ground_sampling_distance"].get<double>(), 10 / 150.0, 0.005);
   EXPECT_GT(surface["mesh_voxel"], 0);
   constexpr uint16_t kGdalMetadata = 42112;
-  for (const char* file : {"orthophoto.tif", "elevation.tif"}) {
+  for (const char* file : {"orthophoto.tif", "elevation.tif", "hillshade.tif"}) {
     const std::string metadata = TiffText(folder_.path() / file, kGdalMetadata);
     for (const auto& [name, value] : TextsOf(figures->quality)) {
       EXPECT_NE(metadata.find("<Item name=\"" + name + "\">" + value + "</Item>"),

@@ -181,6 +181,17 @@ void WriteTrainingFolders(const std::vector<ExportModel>& models, const ExportOp
   }
 }
 
+void TellGround(const DenseFigures& figures) {
+  std::cout << ", an orthophoto of " << figures.cell;
+  if (figures.quality.in_metres) {
+    std::cout << " m a pixel, ";
+  } else {
+    std::cout << " units of the map a pixel, without scale and north, up from the " << figures.up
+              << ", ";
+  }
+  std::cout << std::lround(100 * figures.grid_completeness) << " % of its area known";
+}
+
 void TellFigures(const DenseFigures& figures, const ExportOptions& options) {
   std::cout << "depths at " << std::lround(100 * figures.quality.completeness)
             << " % of the photos' pixels";
@@ -193,10 +204,7 @@ void TellFigures(const DenseFigures& figures, const ExportOptions& options) {
     std::cout << ", a mesh of " << figures.num_triangles << " triangles, its voxels "
               << std::lround(10 * pixels) / 10.0 << " pixels wide on the ground";
   }
-  if (Has(options, kOrthophoto)) {
-    std::cout << ", an orthophoto of " << figures.cell_m << " m a pixel, "
-              << std::lround(100 * figures.grid_completeness) << " % of its area known";
-  }
+  if (Has(options, kOrthophoto)) TellGround(figures);
   std::cout << std::endl << LineOf(figures.quality) << std::endl;
 }
 
@@ -249,9 +257,6 @@ std::string CheckOptions(const ExportOptions& options, bool database) {
   if (database && options.session.empty()) return "the database comes from a --session";
   if (options.georeferenced && options.session.empty()) return "positions come from a --session";
   if (!options.images.empty() && options.model.empty()) return "--images is for --model";
-  if (Has(options, kOrthophoto) && !options.georeferenced) {
-    return "an orthophoto lies on the earth: give --georeferenced";
-  }
   const bool has_photos = !options.session.empty() || !options.images.empty();
   for (const std::string& format : options.formats) {
     if ((format == kGaussianSplatting || IsDense(format)) && !has_photos) {
@@ -276,7 +281,10 @@ int RunExport(int argc, char** argv) {
       "dense: OUTPUT/N/dense.ply, the surface as points with normals and colours; las: dense.las,\n"
       "the same points; mesh: mesh.ply and mesh.glb, as triangles; depth: a depth map of each\n"
       "photo in OUTPUT/N/depth.\n"
-      "orthophoto, with --georeferenced: orthophoto.tif and elevation.tif, GeoTIFF.",
+      "orthophoto: orthophoto.tif, elevation.tif and hillshade.tif, cloud optimised GeoTIFF; on\n"
+      "the earth with --georeferenced, else in units of the map above its ground plane, with "
+      "world\n"
+      "files (.tfw).",
       "skein export");
   app.add_option("--session", options.session, "Session folder")->check(CLI::ExistingDirectory);
   app.add_option("--model", options.model, "Or: a COLMAP model folder")

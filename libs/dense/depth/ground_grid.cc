@@ -15,6 +15,7 @@ constexpr double kTopCells =
     2;  // points of a cell's top surface lie so many sides below the highest
 constexpr int kFillPasses = 2, kFillNeighbours = 5;
 constexpr float kSeenDepth = 0.02f;  // part of the depth
+constexpr float kFeather = 0.2f;     // part of the best photo's score
 constexpr float kHole = std::numeric_limits<float>::quiet_NaN();
 
 struct Span {
@@ -30,19 +31,11 @@ Span SpanOf(std::vector<float>* values) {
   return {at(kBeyondGrid), at(1 - kBeyondGrid)};
 }
 
-// The axis' coordinates of all points.
-std::vector<float> Coordinates(const std::vector<ColouredMap>& maps, int axis) {
-  std::vector<float> values;
-  for (const ColouredMap& map : maps) {
-    for (const DensePoint& point : *map.points) values.push_back(point.position[axis]);
-  }
-  return values;
-}
-
 class GridMaker {
  public:
-  GridMaker(const std::vector<ColouredMap>& maps, double cell, double most_cells)
-      : maps_(maps), most_cells_(most_cells) {
+  GridMaker(const std::vector<ColouredMap>& maps, const Eigen::Isometry3d& level_from_model,
+            double cell, double most_cells)
+      : maps_(maps), level_from_model_(level_from_model), most_cells_(most_cells) {
     grid_.cell = cell;
   }
 
@@ -50,15 +43,31 @@ class GridMaker {
     if (!SetSize()) return {};
     SetHeights();
     for (int pass = 0; pass < kFillPasses; ++pass) FillGaps();
-    sums_ = cv::Mat4f(grid_.height.size(), cv::Vec4f());
-    for (const ColouredMap& map : maps_) AddColours(map);
+    SetFootprints();
+    SetBestScores();
+    SumColours();
     SetColours();
     return std::move(grid_);
   }
 
  private:
+  // visit(position in the level frame) of all points.
+  template <typename Function>
+  void ForEachPosition(const Function& visit) const {
+    const Eigen::Isometry3f level_from_model(level_from_model_);
+    for (const ColouredMap& map : maps_) {
+      for (const DensePoint& point : *map.points) visit(level_from_model * point.position);
+    }
+  }
+
+  std::vector<float> Coordinates(int axis) const {
+    std::vector<float> values;
+    ForEachPosition([&](const Eigen::Vector3f& level) { values.push_back(level[axis]); });
+    return values;
+  }
+
   bool SetSize() {
-    std::vector<float> x = Coordinates(maps_, 0), y = Coordinates(maps_, 1);
+    std::vector<float> x = Coordinates(0), y = Coordinates(1);
     if (x.empty() || !(grid_.cell > 0)) return false;
     const Span east = SpanOf(&x), north = SpanOf(&y);
     const double width = east.high - east.low, height = north.high - north.low;
@@ -82,11 +91,9 @@ class GridMaker {
 
   template <typename Function>
   void ForEachPoint(const Function& function) const {
-    for (const ColouredMap& map : maps_) {
-      for (const DensePoint& point : *map.points) {
-        if (const auto cell = CellOf(point.position)) function(*cell, point.position.z());
-      }
-    }
+    ForEachPosition([&](const Eigen::Vector3f& level) {
+      if (const auto cell = CellOf(level)) function(*cell, level.z());
+    });
   }
 
   void SetHeights() {
@@ -126,35 +133,71 @@ class GridMaker {
     }
   }
 
-  void AddColours(const ColouredMap& coloured) {
-    const DepthMap& map = *coloured.map;
-    const cv::Rect footprint = Footprint(map);
-    const Eigen::Matrix3d& rotation = map.cam_from_world.rotation;
+  // ---- Colours ----
+
+  void SetFootprints() {
+    for (const ColouredMap& map : maps_) footprints_.push_back(Footprint(*map.map));
+  }
+
+  void SetBestScores() {
+    best_ = cv::Mat1f(grid_.height.size(), 0.0f);
+    for (size_t i = 0; i < maps_.size(); ++i) {
+      ForEachSeenCell(i, [&](const cv::Point& cell, const Eigen::Vector2d&, float score) {
+        best_(cell) = std::max(best_(cell), score);
+      });
+    }
+  }
+
+  void SumColours() {
+    sums_ = cv::Mat4f(grid_.height.size(), cv::Vec4f());
+    for (size_t i = 0; i < maps_.size(); ++i) {
+      ForEachSeenCell(i, [&](const cv::Point& cell, const Eigen::Vector2d& pixel, float score) {
+        const float weight = (score / best_(cell) - (1 - kFeather)) / kFeather;
+        if (weight > 0) Add(*maps_[i].colours, pixel, weight, &sums_(cell));
+      });
+    }
+  }
+
+  Eigen::Isometry3d CamFromLevel(const DepthMap& map) const {
+    Eigen::Isometry3d cam_from_model = Eigen::Isometry3d::Identity();
+    cam_from_model.linear() = map.cam_from_world.rotation;
+    cam_from_model.translation() = map.cam_from_world.translation;
+    return cam_from_model * level_from_model_.inverse();
+  }
+
+  Eigen::Vector3d MiddleOf(int row, int column) const {
+    return {grid_.west + (column + 0.5) * grid_.cell, grid_.north - (row + 0.5) * grid_.cell,
+            grid_.height(row, column)};
+  }
+
+  // visit(cell, pixel, score) of each cell whose surface a map shows.
+  template <typename Function>
+  void ForEachSeenCell(size_t index, const Function& visit) const {
+    const DepthMap& map = *maps_[index].map;
+    const cv::Rect& footprint = footprints_[index];
+    const Eigen::Isometry3d cam_from_level = CamFromLevel(map);
+    const Eigen::Vector3d vertical = cam_from_level.linear().col(2);
     for (int row = footprint.y; row < footprint.br().y; ++row) {
       for (int column = footprint.x; column < footprint.br().x; ++column) {
         if (grid_.IsHole(row, column)) continue;
-        const Eigen::Vector3d world(grid_.west + (column + 0.5) * grid_.cell,
-                                    grid_.north - (row + 0.5) * grid_.cell,
-                                    grid_.height(row, column));
-        const Eigen::Vector3d camera = rotation * world + map.cam_from_world.translation;
+        const Eigen::Vector3d camera = cam_from_level * MiddleOf(row, column);
         const auto pixel = PixelOf(map, camera);
         if (!pixel) continue;
-        // The third row of the rotation's transpose: the camera's axis' share of the vertical.
-        const double vertical = std::abs((rotation.transpose() * camera).z()) / camera.norm();
-        Add(*coloured.colours, *pixel, Weight(map, *pixel, camera.z(), vertical),
-            &sums_(row, column));
+        const double cosine = std::abs(vertical.dot(camera)) / camera.norm();
+        visit(cv::Point(column, row), *pixel, Score(map, *pixel, camera.z(), cosine));
       }
     }
   }
 
   // The cells that the map's pixels lie in, and those between.
   cv::Rect Footprint(const DepthMap& map) const {
+    const Eigen::Isometry3d level_from_cam = CamFromLevel(map).inverse();
     cv::Rect footprint;
     for (int y = 0; y < map.depth.rows; ++y) {
       for (int x = 0; x < map.depth.cols; ++x) {
         if (!(map.depth(y, x) > 0)) continue;
-        const Eigen::Vector3d world = map.cam_from_world.ToWorld(map.Point(x, y));
-        const auto cell = CellOf(world.cast<float>());
+        const Eigen::Vector3d level = level_from_cam * map.Point(x, y);
+        const auto cell = CellOf(level.cast<float>());
         if (cell) footprint |= cv::Rect(*cell, cv::Size(1, 1));
       }
     }
@@ -176,12 +219,12 @@ class GridMaker {
     return pixel;
   }
 
-  static float Weight(const DepthMap& map, const Eigen::Vector2d& pixel, double depth,
-                      double vertical) {
+  // s cos a / g.
+  static float Score(const DepthMap& map, const Eigen::Vector2d& pixel, double depth,
+                     double cosine) {
     const double border =
         std::min({pixel.x(), pixel.y(), map.depth.cols - pixel.x(), map.depth.rows - pixel.y()});
-    const double one = border * vertical * map.camera.focal_px.x() / depth;
-    return static_cast<float>(one * one * one * one);
+    return static_cast<float>(border * cosine * map.camera.focal_px.x() / depth);
   }
 
   static void Add(const cv::Mat3b& colours, const Eigen::Vector2d& pixel, float weight,
@@ -210,9 +253,12 @@ class GridMaker {
   }
 
   const std::vector<ColouredMap>& maps_;
+  const Eigen::Isometry3d level_from_model_;
   const double most_cells_;
   GroundGrid grid_;
-  cv::Mat4f sums_;  // weighted colours, weights
+  std::vector<cv::Rect> footprints_;  // of each map
+  cv::Mat1f best_;                    // score of the photo that sees a cell best; 0: no photo does
+  cv::Mat4f sums_;                    // weighted colours, weights
 };
 
 double PixelSize(const DepthMap& map) {
@@ -243,8 +289,10 @@ double GroundSamplingDistance(const std::vector<ColouredMap>& maps) {
   return sizes.empty() ? 0 : UpperMedian(std::move(sizes));
 }
 
-GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell, double most_cells) {
-  return GridMaker(maps, cell, most_cells).Make();
+GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps,
+                          const Eigen::Isometry3d& level_from_model, double cell,
+                          double most_cells) {
+  return GridMaker(maps, level_from_model, cell, most_cells).Make();
 }
 
 }  // namespace skein

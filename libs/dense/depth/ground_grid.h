@@ -1,6 +1,7 @@
 // The ground from above: an elevation model and an orthophoto, from depth maps.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <opencv2/core.hpp>
 #include <vector>
 
@@ -9,8 +10,8 @@
 
 namespace skein {
 
-// Cells of a level grid in a frame with x to the east, y to the north, z up. Rows go from north to
-// south.
+// Cells of a grid in a level frame: x to the east, y to the north, z up. Rows go from north to
+// south. Without GPS north is the frame's y (level_frame.h).
 struct GroundGrid {
   double west = 0, north = 0;  // outer corner of the first cell
   double cell = 0;             // its side
@@ -31,13 +32,16 @@ struct ColouredMap {
 // Median over the maps of the surface that a pixel covers.
 double GroundSamplingDistance(const std::vector<ColouredMap>& maps);
 
-// A grid over the maps' points. `cell`: its side, made larger where it would have more than
-// `most_cells`. A cell without points is a hole, but for gaps between samples: a hole with at
-// least five of eight neighbours gets their mean. A cell's colour is a mean over the photos whose
-// depth map shows it, weighted by (s cos a / g)^4. s: distance from the photo's border, a: angle
-// from the vertical, g: ground sampling distance. So the best photo prevails, and seams are soft.
-// Takes 29 bytes a cell. An empty grid without points.
-GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps, double cell,
+// A grid over the maps' points, in the frame that `level_from_model` leads to. `cell`: its side,
+// made larger where it would have more than `most_cells`. A cell without points is a hole, but for
+// gaps between samples: a hole with at least five of eight neighbours gets their mean.
+//
+// A cell has the colour of the photo that sees it best: the largest s cos a / g. s: distance from
+// the photo's border, a: angle from the vertical, g: ground sampling distance. Seams are feathered:
+// a photo with a share q > 0.8 of the largest s cos a / g has the weight (q - 0.8) / 0.2 in a mean.
+// Takes 33 bytes a cell. An empty grid without points.
+GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps,
+                          const Eigen::Isometry3d& level_from_model, double cell,
                           double most_cells = 25e6);
 
 }  // namespace skein

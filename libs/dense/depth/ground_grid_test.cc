@@ -2,12 +2,16 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace skein::depth_test {
 namespace {
 
 constexpr int kSide = 100;
 constexpr double kHeight = 20;  // of the cameras above the ground
 constexpr double kPixel = 0.1;  // of the ground
+const Eigen::Isometry3d kLevelModel = Eigen::Isometry3d::Identity();
 
 // Looks straight down, the photo's top to the north. East of x = 2 stands a block 4 high.
 struct Flight {
@@ -47,8 +51,49 @@ TEST(GroundGrid, HasTheHeightsAndColoursOfTheGround) {
   const Flight a(0), b(1.5, 0.5);
   const std::vector<ColouredMap> maps = {a.Coloured(), b.Coloured()};
   EXPECT_NEAR(GroundSamplingDistance(maps), kPixel, 0.02);
-  const GroundGrid grid = MakeGroundGrid(maps, 0.1);
+  const GroundGrid grid = MakeGroundGrid(maps, kLevelModel, 0.1);
   EXPECT_GT(grid.Completeness(), 0.8);
+  const cv::Point ground = CellAt(grid, -2, 1), block = CellAt(grid, 3, 1);
+  EXPECT_NEAR(grid.height(ground), 0, 1e-3);
+  EXPECT_NEAR(grid.height(block), 4, 1e-3);
+  EXPECT_EQ(grid.colour(ground), cv::Vec4b(0, 200, 0, 255));
+  EXPECT_EQ(grid.colour(block), cv::Vec4b(0, 0, 200, 255));
+}
+
+// Colours of a row of cells between two photos of the flat ground, whose middles lie 4 apart.
+std::vector<int> GreyFromWestToEast() {
+  Flight west(-10), east(-6);
+  west.colours.setTo(cv::Scalar::all(100));
+  east.colours.setTo(cv::Scalar::all(200));
+  const GroundGrid grid = MakeGroundGrid({west.Coloured(), east.Coloured()}, kLevelModel, 0.1);
+  std::vector<int> greys;
+  for (double x = -10; x <= -6; x += 0.25) greys.push_back(grid.colour(CellAt(grid, x, 0))[0]);
+  return greys;
+}
+
+TEST(GroundGrid, ACellHasTheColourOfThePhotoThatSeesItBest) {
+  const std::vector<int> greys = GreyFromWestToEast();
+  // x = -9: 40 pixels from the border of one photo, 20 from that of the other.
+  for (size_t i = 0; i <= 4; ++i) EXPECT_EQ(greys[i], 100) << i;
+  for (size_t i = 12; i < greys.size(); ++i) EXPECT_EQ(greys[i], 200) << i;
+}
+
+TEST(GroundGrid, TheSeamBetweenTwoPhotosIsFeathered) {
+  const std::vector<int> greys = GreyFromWestToEast();
+  EXPECT_NEAR(greys[8], 150, 20) << "half-way";
+  EXPECT_TRUE(std::is_sorted(greys.begin(), greys.end()));
+}
+
+// The same in a model whose frame lies on its side.
+TEST(GroundGrid, IsInTheLevelFrame) {
+  const Eigen::Isometry3d level_from_model =
+      Eigen::Translation3d(5, -3, 2) * Eigen::AngleAxisd(M_PI / 2, Eigen::Vector3d::UnitX());
+  Flight a(0);
+  DepthPose& pose = a.map.cam_from_world;
+  pose.translation += pose.rotation * level_from_model.translation();
+  pose.rotation = pose.rotation * level_from_model.linear();
+  a.points = PointsOf(a.map, a.colours, {});
+  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, level_from_model, 0.1);
   const cv::Point ground = CellAt(grid, -2, 1), block = CellAt(grid, 3, 1);
   EXPECT_NEAR(grid.height(ground), 0, 1e-3);
   EXPECT_NEAR(grid.height(block), 4, 1e-3);
@@ -58,7 +103,7 @@ TEST(GroundGrid, HasTheHeightsAndColoursOfTheGround) {
 
 TEST(GroundGrid, GroundThatNoMapShowsIsAHole) {
   const Flight a(-20), b(20);
-  const GroundGrid grid = MakeGroundGrid({a.Coloured(), b.Coloured()}, 0.2);
+  const GroundGrid grid = MakeGroundGrid({a.Coloured(), b.Coloured()}, kLevelModel, 0.2);
   const cv::Point between = CellAt(grid, 0, 0);
   EXPECT_TRUE(grid.IsHole(between.y, between.x));
   EXPECT_EQ(grid.colour(between)[3], 0);
@@ -68,13 +113,13 @@ TEST(GroundGrid, GroundThatNoMapShowsIsAHole) {
 TEST(GroundGrid, AFarPointDoesNotMakeItLarge) {
   Flight a(0);
   a.points.push_back({{1e6f, 1e6f, 0}, {0, 0, 1}, {}});
-  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, 0.1);
+  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, kLevelModel, 0.1);
   EXPECT_LT(grid.height.cols, 200);
 }
 
 TEST(GroundGrid, TooManyCellsBecomeLarger) {
   const Flight a(0);
-  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, 1e-4, 1e4);
+  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, kLevelModel, 1e-4, 1e4);
   EXPECT_LE(grid.height.total(), 10300);
   EXPECT_NEAR(grid.cell, 0.1, 0.02);
 }
@@ -82,7 +127,7 @@ TEST(GroundGrid, TooManyCellsBecomeLarger) {
 TEST(GroundGrid, IsEmptyWithoutPoints) {
   Flight a(0);
   a.points.clear();
-  EXPECT_TRUE(MakeGroundGrid({a.Coloured()}, 0.1).height.empty());
+  EXPECT_TRUE(MakeGroundGrid({a.Coloured()}, kLevelModel, 0.1).height.empty());
   EXPECT_EQ(GroundSamplingDistance({}), 0);
 }
 
