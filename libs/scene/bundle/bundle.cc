@@ -17,8 +17,13 @@
 namespace skein {
 namespace {
 
-constexpr double kInitialDamping = 1e-6;
+constexpr double kInitialDamping = 1e-4;
+// Above it a step may be short because it is damped.
+constexpr double kLittleDamping = 1e-5;
 constexpr double kMaxDamping = 1e10;
+// Sums are made by parts of the points, always the same, so the result does not depend on the
+// number of threads. Each part has a system of its own.
+constexpr int kNumChunks = 4;
 // Conjugate gradients that a step takes with the factor of another one.
 constexpr double kExpectedGradients = 20;
 
@@ -69,7 +74,7 @@ class Solver {
       growth = 2.0;
       cost = new_cost;
       if (decrease < options_.function_tolerance * cost) break;
-      if (lambda <= kInitialDamping && StepInSigmas(cost) < options_.camera_tolerance) break;
+      if (lambda <= kLittleDamping && StepInSigmas(cost) < options_.camera_tolerance) break;
     }
     summary.final_cost = cost;
     summary.usable = std::isfinite(cost);
@@ -84,9 +89,8 @@ class Solver {
   };
 
   void SplitPoints() {
-    const int num_chunks = std::max(1, options_.num_threads);
     const int num_points = static_cast<int>(bundle_.points.size());
-    const size_t per_chunk = bundle_.observations.size() / num_chunks + 1;
+    const size_t per_chunk = bundle_.observations.size() / kNumChunks + 1;
     int begin = 0;
     size_t count = 0;
     for (int p = 0; p < num_points; ++p) {
@@ -101,7 +105,8 @@ class Solver {
 
   template <typename Function>
   void ForEachChunk(const Function& function) {
-    RunOnThreads(static_cast<int>(chunks_.size()), function);
+    const int num_chunks = static_cast<int>(chunks_.size());
+    ForEachOnThreads(std::min(options_.num_threads, num_chunks), chunks_.size(), function);
   }
 
   double Cost() {

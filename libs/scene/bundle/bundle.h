@@ -102,9 +102,9 @@ struct BundleSummary {
 };
 
 // Levenberg-Marquardt on the Schur complement of the points. Pose increments are local, X_cam' =
-// exp(w) X_cam - s, so they are independent of the world's frame. Deterministic for a given number
-// of threads. Throws std::invalid_argument on nonsensical options, and when indices
-// of the bundle are out of range.
+// exp(w) X_cam - s, so they are independent of the world's frame. The result is the same, bit by
+// bit, with any number of threads; more than four are not used. Throws std::invalid_argument on
+// nonsensical options, and when indices of the bundle are out of range.
 BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle);
 
 // Reprojection error in pixels of each observation; infinite behind the camera.

@@ -101,6 +101,9 @@ class Part {
   std::unordered_map<ImageId, std::vector<Point2DIdx>> keypoints_;  // in the map
 };
 
+// Whatever the number of threads, so that the points and their ids do not depend on it.
+constexpr int kNumParts = 4;
+
 std::vector<Part> Divide(const SceneMap& map, int num_parts) {
   KeypointComponents components(map);
   std::vector<Part> parts;
@@ -163,18 +166,24 @@ std::vector<ImageId> RegisteredByName(const Reconstruction& model) {
 }  // namespace
 
 bool TriangulateAnew(int num_threads, SceneMap* map, const std::function<bool()>& stop) {
-  std::vector<Part> parts = Divide(*map, std::max(1, num_threads));
+  std::vector<Part> parts = Divide(*map, kNumParts);
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
   DoneCount others;
-  RunOnThreads(static_cast<int>(parts.size()), [&](int i) {
-    for (const ImageId id : order) {
-      if (i == 0 && stop && stop()) stopped = true;
-      if (stopped) return;
-      parts[i].Triangulate(id);
-      if (i > 0) others.Add();
+  const int num_used = std::clamp(num_threads, 1, kNumParts);
+  RunOnThreads(num_used, [&](int thread) {
+    const bool asks = thread == 0 && stop;
+    size_t num_own = 0;
+    for (int i = thread; i < kNumParts; i += num_used) {
+      for (const ImageId id : order) {
+        if (asks && stop()) stopped = true;
+        if (stopped) return;
+        parts[i].Triangulate(id);
+        ++num_own;
+        if (thread > 0) others.Add();
+      }
     }
-    const size_t num_of_others = i == 0 && stop ? (parts.size() - 1) * order.size() : 0;
+    const size_t num_of_others = asks ? kNumParts * order.size() - num_own : 0;
     for (size_t n = 1; n <= num_of_others && !stopped; ++n) {
       others.WaitFor(n);
       stopped = stop();

@@ -84,7 +84,7 @@ TEST_F(PointsAnewTest, ThatAreToStopLeaveTheFormerPoints) {
 // A component may be nearly all that there is: then the calling thread is done long before another.
 TEST_F(PointsAnewTest, AreAskedWhetherToStopUntilAllThreadsAreDone) {
   for (const int num_threads : {1, 3}) {
-    const int num_photos_done = 9 * num_threads;
+    const int num_photos_done = 9 * 4;  // of each part
     for (const int stop_at : {0, num_photos_done}) {
       SceneMap map;
       Fill(&map);
