@@ -1,14 +1,12 @@
 #include "bundle/bundle.h"
 
-#include <ceres/ceres.h>
-#include <ceres/rotation.h>
 #include <gtest/gtest.h>
 
 #include "bundle/bundle_terms.h"
 #include "bundle/reduced_system.h"
 #include "sfm/camera.h"
-#include "sfm/pose.h"
 #include "sfm/projection.h"
+#include "testing/ceres_bundle.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"
 
@@ -26,11 +24,12 @@ Bundle MakeBundle(const SyntheticScene& scene, double shift) {
   return bundle;
 }
 
+Eigen::Vector3d CenterOf(const BundlePose& pose) { return -(pose.R.transpose() * pose.t); }
+
 double MaxCenterError(const SyntheticScene& scene, const Bundle& bundle) {
   double error = 0;
   for (size_t i = 0; i < bundle.poses.size(); ++i) {
-    const Eigen::Vector3d center = -(bundle.poses[i].R.transpose() * bundle.poses[i].t);
-    error = std::max(error, (center - scene.Center(i)).norm());
+    error = std::max(error, (CenterOf(bundle.poses[i]) - scene.Center(i)).norm());
   }
   return error;
 }
@@ -167,74 +166,6 @@ TEST(Bundle, ResultDoesNotDependOnTheNumberOfThreads) {
   }
 }
 
-// A SIMPLE_RADIAL camera's residual by Ceres' automatic differentiation.
-struct RadialResidual {
-  template <typename T>
-  bool operator()(const T* q, const T* t, const T* point, const T* params, T* residuals) const {
-    T in_camera[3];
-    ceres::UnitQuaternionRotatePoint(q, point, in_camera);
-    const T u = (in_camera[0] + t[0]) / (in_camera[2] + t[2]);
-    const T v = (in_camera[1] + t[1]) / (in_camera[2] + t[2]);
-    const T scale = params[0] * (T(1) + params[3] * (u * u + v * v));
-    residuals[0] = scale * u + params[1] - T(pixel.x());
-    residuals[1] = scale * v + params[2] - T(pixel.y());
-    return true;
-  }
-
-  Eigen::Vector2d pixel;
-};
-
-// The same problem with Ceres; refines all of the one camera but its centre.
-class CeresBundle {
- public:
-  explicit CeresBundle(const Bundle& bundle) : bundle_(bundle) {
-    for (const BundlePose& pose : bundle.poses) {
-      qvecs_.push_back(RotationMatrixToQuaternion(pose.R));
-      tvecs_.push_back(pose.t);
-    }
-    for (const BundlePoint& point : bundle.points) points_.push_back(point.xyz);
-    params = bundle.cameras[0].params;
-  }
-
-  double Solve() {
-    using Cost = ceres::AutoDiffCostFunction<RadialResidual, 2, 4, 3, 3, 4>;
-    ceres::Problem problem;
-    for (size_t p = 0; p < points_.size(); ++p) {
-      const BundlePoint& point = bundle_.points[p];
-      for (int i = point.first; i < point.first + point.count; ++i) {
-        const BundleObservation& o = bundle_.observations[i];
-        problem.AddResidualBlock(new Cost(new RadialResidual{o.pixel}),
-                                 new ceres::SoftLOneLoss(1.0), qvecs_[o.pose].data(),
-                                 tvecs_[o.pose].data(), points_[p].data(), params.data());
-      }
-    }
-    for (size_t i = 0; i < qvecs_.size(); ++i) {
-      problem.SetManifold(qvecs_[i].data(), new ceres::QuaternionManifold);
-      if (!bundle_.poses[i].constant) continue;
-      problem.SetParameterBlockConstant(qvecs_[i].data());
-      problem.SetParameterBlockConstant(tvecs_[i].data());
-    }
-    problem.SetManifold(params.data(), new ceres::SubsetManifold(4, {1, 2}));
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_SCHUR;
-    options.max_num_iterations = 200;
-    options.function_tolerance = options.parameter_tolerance = options.gradient_tolerance = 1e-12;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    return summary.final_cost;
-  }
-
-  Eigen::Vector3d Center(size_t pose) const {
-    return ProjectionCenterFromPose(qvecs_[pose], tvecs_[pose]);
-  }
-  std::vector<double> params;
-
- private:
-  const Bundle& bundle_;
-  std::vector<Eigen::Vector4d> qvecs_;
-  std::vector<Eigen::Vector3d> tvecs_, points_;
-};
-
 // 60 photos that all see the same: the matrix costs more than products with it.
 SyntheticOptions LongTracks() {
   SyntheticOptions options;
@@ -303,6 +234,22 @@ TEST(Bundle, KeepsNoFactorOfShortTracks) {
   EXPECT_EQ(SolveBundle(BundleOptions(), &bundle).factor, nullptr);
 }
 
+// To the minimum.
+CeresSummary ByCeres(Bundle* bundle) {
+  CeresOptions options;
+  options.max_iterations = 200;
+  options.function_tolerance = options.parameter_tolerance = options.gradient_tolerance = 1e-12;
+  return SolveByCeres(options, bundle);
+}
+
+BundleOptions ToTheMinimum() {
+  BundleOptions options;
+  options.function_tolerance = 1e-14;
+  options.camera_tolerance = 0;
+  options.max_iterations = 200;
+  return options;
+}
+
 TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
   SyntheticOptions options;
   options.noise_px = 1;
@@ -311,21 +258,41 @@ TEST(Bundle, ReachesTheMinimumThatCeresReaches) {
   Bundle ours = MakeBundle(scene, 0.05);
   ours.cameras[0].params[0] *= 1.1;
   ours.cameras[0].refined = {0, 3};
-  CeresBundle ceres_bundle(ours);
-  BundleOptions solve;
-  solve.function_tolerance = 1e-14;
-  solve.camera_tolerance = 0;
-  solve.max_iterations = 200;
-  const double theirs = ceres_bundle.Solve();
-  const BundleSummary summary = SolveBundle(solve, &ours);
-  ASSERT_TRUE(summary.usable);
-  EXPECT_GT(theirs, 100);
-  EXPECT_NEAR(summary.final_cost, theirs, 1e-6 * theirs);
-  EXPECT_NEAR(ours.cameras[0].params[0], ceres_bundle.params[0], 0.01);
-  EXPECT_NEAR(ours.cameras[0].params[3], ceres_bundle.params[3], 1e-5);
+  Bundle theirs = ours;
+  const CeresSummary by_ceres = ByCeres(&theirs);
+  const BundleSummary summary = SolveBundle(ToTheMinimum(), &ours);
+  ASSERT_TRUE(summary.usable && by_ceres.usable);
+  EXPECT_GT(by_ceres.final_cost, 100);
+  EXPECT_NEAR(summary.final_cost, by_ceres.final_cost, 1e-6 * by_ceres.final_cost);
+  EXPECT_NEAR(ours.cameras[0].params[0], theirs.cameras[0].params[0], 0.01);
+  EXPECT_NEAR(ours.cameras[0].params[3], theirs.cameras[0].params[3], 1e-5);
   for (size_t i = 0; i < ours.poses.size(); ++i) {
-    const Eigen::Vector3d center = -(ours.poses[i].R.transpose() * ours.poses[i].t);
-    EXPECT_LT((center - ceres_bundle.Center(i)).norm(), 1e-4) << i;
+    EXPECT_LT((CenterOf(ours.poses[i]) - CenterOf(theirs.poses[i])).norm(), 1e-4) << i;
+  }
+}
+
+// Nothing is held but by Ceres, and the priors are off by 5 %.
+TEST(Bundle, ReachesTheMinimumThatCeresReachesWithEachCameraModelAndPriors) {
+  const SyntheticScene scene = MakeScene({});
+  for (const std::string name :
+       {"SIMPLE_PINHOLE", "PINHOLE", "SIMPLE_RADIAL", "RADIAL", "OPENCV"}) {
+    Bundle ours = MakeBundle(scene, 0.02);
+    for (BundlePose& pose : ours.poses) pose.constant = false;
+    const int id = CameraModelId(name);
+    BundleCamera& camera = ours.cameras[0];
+    camera.model_id = id;
+    camera.params = camera.prior = InitialCameraParams(id, 1050, 1200, 900);
+    camera.prior_sigma.assign(camera.params.size(), 0);
+    for (const size_t i : CameraModelFocalLengthIdxs(id)) camera.prior_sigma[i] = 50;
+    for (const size_t i : CameraModelExtraParamsIdxs(id)) camera.prior_sigma[i] = 0.1;
+    for (size_t i = 0; i < camera.params.size(); ++i) {
+      if (camera.prior_sigma[i] > 0) camera.refined.push_back(static_cast<int>(i));
+    }
+    Bundle theirs = ours;
+    const CeresSummary by_ceres = ByCeres(&theirs);
+    const BundleSummary summary = SolveBundle(ToTheMinimum(), &ours);
+    ASSERT_TRUE(summary.usable && by_ceres.usable) << name;
+    EXPECT_NEAR(summary.final_cost, by_ceres.final_cost, 1e-5 * by_ceres.final_cost) << name;
   }
 }
 
