@@ -159,11 +159,22 @@ def grid(section, table):
 
 
 def speed():
+    """The items of docs/speed.json: ratios of stages and, where it has some, seconds of sessions."""
     with open(os.path.join(ROOT, 'docs/speed.json'), encoding='utf-8') as file:
         kept = json.load(file)
     ratios = ', '.join(f'{name} {value:.3f}' for name, value in kept['ratios'].items())
-    return (f'- **Ratios to the same stage of OpenCV or COLMAP in one run** (28 photos, `docs/speed.json`): {ratios}. '
-            '(`benchmark/colmap/speed.sh`)')
+    yield (f'- **Ratios to the same stage of OpenCV or COLMAP in one run** (28 photos, `docs/speed.json`): {ratios}. '
+           '(`benchmark/colmap/speed.sh`)')
+    if 'sessions' in kept:
+        yield (f'- **Sessions by kernel and number of processors** ({kept["machine"]}, `docs/speed.json`). *wall and CPU time a photo*. '
+               + '; '.join(map(session, kept['sessions'].items())) + '. (`benchmark/colmap/speed.sh`)')
+
+
+def session(named):
+    """A session of docs/speed.json in words."""
+    name, figures = named
+    meter = next((unit for unit in ('joules', 'instructions') if unit in figures), None)
+    return f'{name}: {figures["wall_s"]:.3f}, {figures["cpu_s"]:.3f} s' + (f', {figures[meter]:,} {meter}' if meter else '')
 
 
 def page():
@@ -176,7 +187,7 @@ def page():
         grids = [table for table in tables if len({record['of'] for record in table['records']}) >= 4]
         items = [item(section, table) for table in tables if table not in grids]
         if 'speed' in section:
-            items.append(speed())
+            items += speed()
         for table in grids:
             lines += [''] + grid(section, table)
         lines += [''] * bool(items) + items

@@ -44,7 +44,7 @@ ctest --test-dir "$SKEIN_ROOT/build/$preset" -j "$(nproc)" --output-on-failure -
 # Told, never tested: machines are noisy.
 if ((speed)); then
   say "measuring speed"
-  timeout 900 "$SKEIN_ROOT/benchmark/colmap/speed.sh" --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/colmap/speed.sh failed"
+  timeout 900 "$SKEIN_ROOT/benchmark/colmap/speed.sh" --parts stages --compare "$SKEIN_ROOT/docs/speed.json" || warn "benchmark/colmap/speed.sh failed"
 fi
 
 python3 "$SKEIN_ROOT/scripts/count_cases.py" "$report" "$cases"

@@ -36,6 +36,7 @@ struct Options {
   std::vector<double> camera;  // of the truth: f, cx, cy, k
   size_t top_n = 20;
   size_t every = 1;
+  KernelVersion kernel = FastestKernel();
   bool colmap = false;
   bool list = false;
 };
@@ -386,6 +387,12 @@ void WriteDatabase(const StudySet& set, const std::vector<Pair>& pairs, const Wa
   }
 }
 
+std::map<std::string, KernelVersion> KernelsByName() {
+  std::map<std::string, KernelVersion> kernels;
+  for (const KernelVersion version : kKernelVersions) kernels[KernelName(version)] = version;
+  return kernels;
+}
+
 void Run(const Options& options) {
   const auto set = LoadStudySet(options.set, options.cache, [](int64_t, int64_t) {});
   if (!set) throw std::invalid_argument(set.error());
@@ -397,7 +404,7 @@ void Run(const Options& options) {
   const std::vector<Pair> pairs = PairsOf(*set, options);
   std::vector<Way> ways;
   for (const bool cascade : {false, true}) {
-    const auto matcher = std::make_shared<PairMatcher>(cascade);
+    const auto matcher = std::make_shared<PairMatcher>(cascade, options.kernel);
     ways.push_back({cascade ? "cascade" : "full product",
                     [matcher](const auto& a, const auto& b) { return matcher->Match(a, b); },
                     {}});
@@ -456,6 +463,9 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--databases", options.databases,
                  "Folder for a COLMAP database a way, of what it verified");
+  app.add_option("--kernel", options.kernel,
+                 "Kernel of both ways, not of --colmap; default: the fastest here")
+      ->transform(CLI::CheckedTransformer(skein::benchmark::KernelsByName()));
   app.add_flag("--colmap", options.colmap, "Also COLMAP's EstimateMultiple");
   app.add_flag("--list", options.list,
                "Also each pair: inliers, those on the lines, configuration");
