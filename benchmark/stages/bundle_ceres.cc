@@ -67,12 +67,6 @@ struct Solution {
   double cpu_s = 0, wall_s = 0, cost = 0;
 };
 
-Reconstruction ReadModel(const std::string& folder) {
-  Result<Reconstruction> model = ReadModelFiles(folder);
-  if (!model) throw std::runtime_error(model.error());
-  return std::move(*model);
-}
-
 // As map/bundle_builder.h has it. A model does not tell the focal length that a camera came with:
 // its own is the prior's centre.
 BundleCamera MakeCamera(const Camera& camera) {
@@ -231,7 +225,9 @@ void Print(const std::vector<BundleSolver>& solvers, const std::vector<Solution>
 }
 
 void Compare(const Arguments& arguments, const std::string& folder) {
-  Bundle disturbed = MakeGlobalBundle(ReadModel(folder));
+  const Result<Reconstruction> model = ReadModelFiles(folder);
+  if (!model) throw std::runtime_error(model.error());
+  Bundle disturbed = MakeGlobalBundle(*model);
   const size_t num_points = disturbed.points.size();
   const double cost_of_model = CostOf(disturbed);
   Disturb(arguments, &disturbed);

@@ -1,6 +1,7 @@
 #pragma once
 
-// The inner loops of SIFT, one source (sift_kernels_body.h) compiled for each instruction set.
+// The inner loops of SIFT, one source (sift_kernels_body.h) compiled for each instruction set. The
+// portable version is NEON on AArch64: its vectors are of 16 bytes.
 //
 // A row is a pointer to its column 0. Rows that are written or read by vectors are aligned and have
 // kRowPadding floats of room behind their width.

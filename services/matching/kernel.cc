@@ -4,6 +4,8 @@
 #include <cpuid.h>
 #include <sys/syscall.h>
 #include <unistd.h>
+#elif defined(__aarch64__)
+#include <sys/auxv.h>
 #endif
 
 #include <algorithm>
@@ -41,6 +43,11 @@ KernelFormat FormatOf(KernelVersion version) {
       return {16, kAvx512PanelColumns, 4, Element::kUnsigned8, ProcessBlockAmx};
     case KernelVersion::kAvx2:
       return {8, kAvx2PanelColumns, 2, Element::kInt16, ProcessBlockAvx2};
+#elif defined(__aarch64__)
+    case KernelVersion::kNeon:
+      return {4, kNeonPanelColumns, 2, Element::kUnsigned8, ProcessBlockNeon};
+    case KernelVersion::kNeonDot:
+      return {4, kNeonPanelColumns, 4, Element::kUnsigned8, ProcessBlockNeonDot};
 #endif
     default:
       return {1, kPortablePanelColumns, kDescriptorDim, Element::kInt16, ProcessBlockPortable};
@@ -153,6 +160,10 @@ std::string KernelName(KernelVersion version) {
       return "avx512vnni";
     case KernelVersion::kAmx:
       return "amx";
+    case KernelVersion::kNeon:
+      return "neon";
+    case KernelVersion::kNeonDot:
+      return "neondot";
   }
   throw std::invalid_argument("unknown kernel version");
 }
@@ -168,6 +179,9 @@ bool IsKernelSupported(KernelVersion version) {
            __builtin_cpu_supports("avx512vnni");
   }
   if (version == KernelVersion::kAvx2) return __builtin_cpu_supports("avx2");
+#elif defined(__aarch64__)
+  if (version == KernelVersion::kNeonDot) return (getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0;
+  if (version == KernelVersion::kNeon) return true;
 #endif
   return version == KernelVersion::kPortable;
 }
@@ -194,6 +208,11 @@ void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descrip
       return ProcessDotsAvx512Vnni(task);
     case KernelVersion::kAvx2:
       return ProcessDotsAvx2(task);
+#elif defined(__aarch64__)
+    case KernelVersion::kNeonDot:
+      return ProcessDotsNeonDot(task);
+    case KernelVersion::kNeon:
+      return ProcessDotsNeon(task);
 #endif
     default:
       return ProcessDotsPortable(task);
@@ -307,15 +326,17 @@ class DescriptorMatcher::Workspace {
   }
 
   void PackColumn(const uint8_t* descriptor, int j) {
+    uint8_t* bytes = packed_columns_.data();
+    int16_t* words = reinterpret_cast<int16_t*>(bytes);
+    const bool wide = format_.element == Element::kInt16;
     switch (format_.group) {
       case 4:
-        return PackColumn<4>(descriptor, j, packed_columns_.data());
+        return PackColumn<4>(descriptor, j, bytes);
       case 2:
-        return PackColumn<2>(descriptor, j, reinterpret_cast<int16_t*>(packed_columns_.data()));
+        return wide ? PackColumn<2>(descriptor, j, words) : PackColumn<2>(descriptor, j, bytes);
       default:
         static_assert(kPortablePanelColumns == 1);
-        return PackColumn<kDescriptorDim>(descriptor, j,
-                                          reinterpret_cast<int16_t*>(packed_columns_.data()));
+        return PackColumn<kDescriptorDim>(descriptor, j, words);
     }
   }
 

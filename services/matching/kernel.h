@@ -47,12 +47,13 @@ struct IndexPair {
   }
 };
 
-enum class KernelVersion { kPortable, kAvx2, kAvx512Vnni, kAmx };
-constexpr std::array<KernelVersion, 4> kKernelVersions = {
+enum class KernelVersion { kPortable, kAvx2, kAvx512Vnni, kAmx, kNeon, kNeonDot };
+constexpr std::array<KernelVersion, 6> kKernelVersions = {
     KernelVersion::kPortable, KernelVersion::kAvx2, KernelVersion::kAvx512Vnni,
-    KernelVersion::kAmx};  // the slowest first
+    KernelVersion::kAmx,      KernelVersion::kNeon, KernelVersion::kNeonDot};
+// The slowest first among those of one architecture.
 
-// "portable", "avx2", "avx512vnni", "amx".
+// "portable", "avx2", "avx512vnni", "amx", "neon", "neondot".
 std::string KernelName(KernelVersion version);
 
 // Whether this processor and operating system run it. For AMX the operating system is asked for

@@ -70,4 +70,11 @@ void ProcessDotsAvx512Vnni(const DotTask& task);
 constexpr int kAmxTileRows = 16;  // rows are read in such groups: the last one is filled up
 void ProcessBlockAmx(const BlockTask& task);
 
+// AArch64 only.
+constexpr int kNeonPanelColumns = 16;
+void ProcessBlockNeon(const BlockTask& task);
+void ProcessDotsNeon(const DotTask& task);
+void ProcessBlockNeonDot(const BlockTask& task);
+void ProcessDotsNeonDot(const DotTask& task);
+
 }  // namespace skein

@@ -29,7 +29,7 @@ void AddOptions(CLI::App& app, MatchingServiceOptions* options) {
                  "other; default: the shipped one");
   AddKernelChoice(app, kKernelVersions, KernelName, FastestKernel(), &options->kernel,
                   "Matching kernel: the fastest that the processor has, or portable, avx2, "
-                  "avx512vnni or amx");
+                  "avx512vnni, amx, neon or neondot");
 }
 
 }  // namespace skein

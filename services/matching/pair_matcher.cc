@@ -115,8 +115,9 @@ bool PairMatcher::LookFirst(const PhotoFeatures& first, const PhotoFeatures& sec
     const Stopwatch watch(&result->product_s);
     matches = MatchCoarsest(first, second);
   }
-  Verify(first, second, matches, result);
-  return IsVerified(result->geometry);
+  const Stopwatch watch(&result->geometry_s);
+  return HaveGeometry(first.camera, first.points, second.camera, second.points, matches,
+                      PairSeed(first.image_id, second.image_id));
 }
 
 bool PairMatcher::MatchByCloseCells(const PhotoFeatures& first, const PhotoFeatures& second,

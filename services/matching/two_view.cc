@@ -65,6 +65,10 @@ struct Models {
   RobustModel E, F, H;
 };
 
+bool IsSupported(const RobustModel& model) {
+  return model.found && model.num_inliers >= kMinPairInliers;
+}
+
 bool HavePriors(const Camera& camera1, const Camera& camera2) {
   return camera1.HasPriorFocalLength() && camera2.HasPriorFocalLength();
 }
@@ -114,27 +118,32 @@ RobustModel SearchHomographyWithin(const RobustModel& epipolar, const Correspond
   return RefineHomography(H.matrix, c.points1, c.points2, limits.max_error);
 }
 
-// One search, for the model that explains most: E with focal priors, else F. The others start from
-// what it found.
-Models SearchModels(const Camera& camera1, const Camera& camera2, const Correspondences& c) {
+// E with focal priors, else F.
+RobustModel SearchEpipolar(const RansacLimits& limits, const Camera& camera1, const Camera& camera2,
+                           const Correspondences& c) {
   constexpr Sampling kSampling = Sampling::kSurestFirst;
+  if (!HavePriors(camera1, camera2)) {
+    return SearchFundamental(limits, kSampling, c.points1, c.points2);
+  }
+  RansacLimits of_essential = limits;
+  of_essential.max_error = NormalizedError(camera1, camera2, limits.max_error);
+  return SearchEssential(of_essential, kSampling, c.normalized1, c.normalized2);
+}
+
+// One search, for the model that explains most. The others start from what it found.
+Models SearchModels(const Camera& camera1, const Camera& camera2, const Correspondences& c) {
   const RansacLimits limits = LimitsByOutcome(kMinPairInliers, c.points1.size());
   Models models;
-  if (HavePriors(camera1, camera2)) {
-    RansacLimits of_essential = limits;
-    of_essential.max_error = NormalizedError(camera1, camera2, limits.max_error);
-    models.E = SearchEssential(of_essential, kSampling, c.normalized1, c.normalized2);
-    if (models.E.found) {
-      models.F = RefineFundamental(FundamentalFromEssential(models.E.matrix, camera1, camera2),
-                                   c.points1, c.points2, limits.max_error);
-    }
-  } else {
-    models.F = SearchFundamental(limits, kSampling, c.points1, c.points2);
+  RobustModel& found = HavePriors(camera1, camera2) ? models.E : models.F;
+  found = SearchEpipolar(limits, camera1, camera2, c);
+  if (models.E.found) {
+    models.F = RefineFundamental(FundamentalFromEssential(models.E.matrix, camera1, camera2),
+                                 c.points1, c.points2, limits.max_error);
   }
   const RobustModel& epipolar = models.F.num_inliers > models.E.num_inliers ? models.F : models.E;
   models.H = epipolar.num_inliers >= kMinPairInliers
                  ? SearchHomographyWithin(epipolar, c)
-                 : SearchHomography(limits, kSampling, c.points1, c.points2);
+                 : SearchHomography(limits, Sampling::kSurestFirst, c.points1, c.points2);
   return models;
 }
 
@@ -147,12 +156,9 @@ struct Decision {
 
 Decision Decide(const Models& models) {
   const auto& [E, F, H] = models;
-  const auto supported = [](const RobustModel& model) {
-    return model.found && model.num_inliers >= kMinPairInliers;
-  };
-  const bool calibrated = supported(E) && E.num_inliers > kMinEFInlierRatio * F.num_inliers;
-  if (!calibrated && !supported(F)) {
-    if (!supported(H)) return {};
+  const bool calibrated = IsSupported(E) && E.num_inliers > kMinEFInlierRatio * F.num_inliers;
+  if (!calibrated && !IsSupported(F)) {
+    if (!IsSupported(H)) return {};
     return {TwoViewGeometry::PLANAR_OR_PANORAMIC, &H};
   }
   const RobustModel& epipolar = calibrated ? E : F;
@@ -271,6 +277,17 @@ TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::
   const Models models = search == TwoViewSearch::kOnce ? SearchModels(camera1, camera2, c)
                                                        : SearchEachModel(camera1, camera2, c);
   return Conclude(camera1, points1, camera2, points2, matches, c, models, search);
+}
+
+bool HaveGeometry(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
+                  const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
+                  const FeatureMatches& matches, uint32_t seed) {
+  const Correspondences c = Gather(camera1, points1, camera2, points2, matches);
+  if (matches.size() < static_cast<size_t>(kMinPairInliers)) return false;
+  SetRandomSeed(seed);
+  const RansacLimits limits = LimitsByOutcome(kMinPairInliers, matches.size());
+  return IsSupported(SearchEpipolar(limits, camera1, camera2, c)) ||
+         IsSupported(SearchHomography(limits, Sampling::kSurestFirst, c.points1, c.points2));
 }
 
 Eigen::Matrix3d EpipolarModel(const Camera& camera1, const Camera& camera2,

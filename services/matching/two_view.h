@@ -60,6 +60,12 @@ TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::
                                 const FeatureMatches& matches, uint32_t seed,
                                 TwoViewSearch search = TwoViewSearch::kOnce);
 
+// Whether such a search finds a model with enough inliers: no pose, no test for a rotation or a
+// watermark.
+bool HaveGeometry(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
+                  const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
+                  const FeatureMatches& matches, uint32_t seed);
+
 // F between pixels of the model that explains the pair: from E where E does.
 Eigen::Matrix3d EpipolarModel(const Camera& camera1, const Camera& camera2,
                               const TwoViewGeometry& geometry);

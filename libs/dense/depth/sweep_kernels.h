@@ -1,7 +1,8 @@
 #pragma once
 
 // The inner loops of depth maps, one source (sweep_kernels_body.h) compiled for each instruction
-// set. All arithmetic is of integers, so every version gives identical results.
+// set. All arithmetic is of integers, so every version gives identical results. The portable
+// version is NEON on AArch64.
 //
 // A row is a pointer to its column 0, with kSweepMargin readable bytes before it and behind its
 // width.

@@ -7,6 +7,8 @@
 
 #if defined(__AVX2__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 #include "depth/sweep_kernels.h"
@@ -14,10 +16,17 @@
 namespace skein {
 namespace {
 
-typedef uint8_t Bytes __attribute__((vector_size(kSweepLanes)));
-typedef uint16_t Words __attribute__((vector_size(2 * kSweepLanes)));
+// Bytes of a register: GCC compares longer vectors byte by byte.
+#if defined(__AVX2__)
+constexpr int kByteLanes = 32;
+#else
+constexpr int kByteLanes = 16;
+#endif
+
+typedef uint8_t Bytes __attribute__((vector_size(kByteLanes)));
+typedef uint16_t Words __attribute__((vector_size(2 * kByteLanes)));
 typedef uint8_t Block __attribute__((vector_size(16)));
-typedef uint16_t HalfWords __attribute__((vector_size(32)));
+typedef uint16_t HalfWords __attribute__((vector_size(kByteLanes)));
 
 template <class V, class T>
 inline V Load(const T* p) {
@@ -67,6 +76,14 @@ inline void WarpBlocks(const WarpTask& task, const uint8_t* row, int x) {
   _mm_storeu_si128(
       reinterpret_cast<__m128i*>(task.out + x),
       _mm_packus_epi16(_mm256_castsi256_si128(rounded), _mm256_extracti128_si256(rounded, 1)));
+#elif defined(__aarch64__)
+  for (int i = 0; i < 2; ++i) {
+    const int at = x + i * kSweepBlock;
+    const uint8x16_t source = vqtbl1q_u8(vld1q_u8(row + window[i]), vld1q_u8(task.pairs + 2 * at));
+    const uint8x16_t weights = vreinterpretq_u8_s8(vld1q_s8(task.weights + 2 * at));
+    const uint16x8_t low = vmull_u8(vget_low_u8(source), vget_low_u8(weights));
+    vst1_u8(task.out + at, vrshrn_n_u16(vpaddq_u16(low, vmull_high_u8(source, weights)), 6));
+  }
 #else
   for (int i = 0; i < 2 * kSweepBlock; ++i) {
     const uint8_t* from = row + window[i / kSweepBlock];
@@ -81,7 +98,7 @@ inline void WarpBlocks(const WarpTask& task, const uint8_t* row, int x) {
 void Warp(const WarpTask& task) {
   uint8_t* row = task.scratch + kSweepMargin;
   const uint16_t weight = static_cast<uint16_t>(task.below_weight);
-  for (int x = -kSweepLanes; x < task.source_width + kSweepLanes; x += kSweepLanes) {
+  for (int x = -kSweepLanes; x < task.source_width + kSweepLanes; x += kByteLanes) {
     Store(row + x, Between(Load<Bytes>(task.above + x), Load<Bytes>(task.below + x), weight));
   }
   for (int x = 0; x < task.width; x += 2 * kSweepBlock) WarpBlocks(task, row, x);
@@ -120,13 +137,17 @@ inline CensusBytes Count(CensusBytes count, CensusMask a, CensusMask b) {
   return _mm512_mask_sub_epi8(count, a ^ b, count, _mm512_set1_epi8(-1));
 }
 #else
-constexpr int kCensusLanes = kSweepLanes;
+constexpr int kCensusLanes = kByteLanes;
 typedef Bytes CensusBytes;
 typedef Bytes CensusMask;
 inline CensusBytes LoadCensus(const uint8_t* p) { return Load<Bytes>(p); }
 inline void StoreCensus(uint8_t* p, CensusBytes v) { Store(p, v); }
 inline CensusBytes ZeroCensus() { return Bytes{}; }
+#if defined(__aarch64__)
+inline CensusMask IsAbove(CensusBytes a, CensusBytes b) { return Bytes(a >= b); }
+#else
 inline CensusMask IsAbove(CensusBytes a, CensusBytes b) { return Bytes(Max(a, b) == a); }
+#endif
 inline CensusBytes Raise(CensusBytes v, int by) {
   return Min(v, Splat(static_cast<uint8_t>(255 - by))) + static_cast<uint8_t>(by);
 }
@@ -170,7 +191,7 @@ void CensusOf(const CensusTask& task) {
   for (int x = 0; x < task.width; x += kCensusLanes) Hamming<kViews>(task, x, costs);
   for (int i = 0; i < kViews; ++i) HideUnseen(task, i, costs[i]);
   const Bytes most = Splat(kCensusBits);
-  for (int x = 0; x < task.width; x += kSweepLanes) {
+  for (int x = 0; x < task.width; x += kByteLanes) {
     Bytes cost[kViews], least = most;
     for (int i = 0; i < kViews; ++i) {
       cost[i] = Load<Bytes>(costs[i] + x);
@@ -205,11 +226,13 @@ inline uint8_t LeastOf(Bytes v) {
   const __m128i words = _mm_min_epu8(half, _mm_srli_epi16(half, 8));
   const __m128i low = _mm_and_si128(words, _mm_set1_epi16(0xff));
   return static_cast<uint8_t>(_mm_cvtsi128_si32(_mm_minpos_epu16(low)));
+#elif defined(__aarch64__)
+  return vminvq_u8(reinterpret_cast<uint8x16_t>(v));
 #else
   uint8_t least = v[0];
-  uint8_t all[kSweepLanes];
+  uint8_t all[kByteLanes];
   Store(all, v);
-  for (int i = 1; i < kSweepLanes; ++i) least = Min(least, all[i]);
+  for (int i = 1; i < kByteLanes; ++i) least = Min(least, all[i]);
   return least;
 #endif
 }
@@ -224,18 +247,17 @@ struct Penalties {
 // Costs of a path from those of the pixel before it on the path. Returns the least.
 template <int kSteps>
 inline uint8_t Extend(const uint8_t* before, uint8_t before_min, const uint8_t* cost,
-                      const Penalties& penalties, uint8_t* now,
-                      Words (&sum)[kSteps / kSweepLanes]) {
+                      const Penalties& penalties, uint8_t* now, Words (&sum)[kSteps / kByteLanes]) {
   const Bytes jump = Splat(static_cast<uint8_t>(before_min + penalties.large));
   const Bytes base = Splat(before_min);
   Bytes least = Splat(255);
-#pragma GCC unroll 4
-  for (int i = 0; i < kSteps / kSweepLanes; ++i) {
-    const uint8_t* p = before + i * kSweepLanes;
+#pragma GCC unroll 8
+  for (int i = 0; i < kSteps / kByteLanes; ++i) {
+    const uint8_t* p = before + i * kByteLanes;
     const Bytes beside = Min(Load<Bytes>(p - 1), Load<Bytes>(p + 1)) + penalties.small;
     const Bytes best = Min(Min(Load<Bytes>(p), beside), jump);
-    const Bytes path = Load<Bytes>(cost + i * kSweepLanes) + (best - base);
-    Store(now + i * kSweepLanes, path);
+    const Bytes path = Load<Bytes>(cost + i * kByteLanes) + (best - base);
+    Store(now + i * kByteLanes, path);
     least = Min(least, path);
     sum[i] += __builtin_convertvector(path, Words);
   }
@@ -243,7 +265,7 @@ inline uint8_t Extend(const uint8_t* before, uint8_t before_min, const uint8_t* 
 }
 
 inline void Pad(uint8_t* steps, int count, uint8_t value) {
-  Store(steps - kStepPadding, Splat(value));
+  Store(steps - kByteLanes, Splat(value));
   Store(steps + count, Splat(value));
 }
 
@@ -274,9 +296,9 @@ void PathsOf(const PathTask& task) {
   for (int i = 0; i < task.width; ++i, x += task.direction) {
     const uint8_t* cost = task.cost + static_cast<int64_t>(x) * kSteps;
     uint16_t* out = task.sum + static_cast<int64_t>(x) * kSteps;
-    Words sum[kSteps / kSweepLanes];
-    for (int j = 0; j < kSteps / kSweepLanes; ++j) {
-      sum[j] = task.adds ? Load<Words>(out + j * kSweepLanes) : Words{};
+    Words sum[kSteps / kByteLanes];
+    for (int j = 0; j < kSteps / kByteLanes; ++j) {
+      sum[j] = task.adds ? Load<Words>(out + j * kByteLanes) : Words{};
     }
     const uint8_t grey = task.grey[x];
     const auto penalties = [&](uint8_t other) {
@@ -296,7 +318,7 @@ void PathsOf(const PathTask& task) {
           Extend<kSteps>(before, task.before_min[k][from], cost, penalties(other), now, sum);
       Pad(now, kSteps, pad);
     }
-    for (int j = 0; j < kSteps / kSweepLanes; ++j) Store(out + j * kSweepLanes, sum[j]);
+    for (int j = 0; j < kSteps / kByteLanes; ++j) Store(out + j * kByteLanes, sum[j]);
   }
 }
 
@@ -316,13 +338,15 @@ void Paths(const PathTask& task) {
 // ---- Choice ----
 
 constexpr uint16_t kNoSum = 0xffff;
-constexpr int kHalfLanes = 16;
+constexpr int kHalfLanes = kByteLanes / 2;
 
 inline uint16_t LeastOf(HalfWords v) {
 #if defined(__AVX2__)
   const __m256i all = reinterpret_cast<__m256i>(v);
   const __m128i half = _mm_min_epu16(_mm256_castsi256_si128(all), _mm256_extracti128_si256(all, 1));
   return static_cast<uint16_t>(_mm_cvtsi128_si32(_mm_minpos_epu16(half)));
+#elif defined(__aarch64__)
+  return vminvq_u16(reinterpret_cast<uint16x8_t>(v));
 #else
   uint16_t all[kHalfLanes];
   Store(all, v);

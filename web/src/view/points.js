@@ -196,7 +196,7 @@ export class ChunkPoints extends Points {
   }
 
   // Points that can be picked while their chunk is the same.
-  get count() {
+  get numPoints() {
     return this.chunk.points;
   }
 

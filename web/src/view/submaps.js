@@ -310,7 +310,7 @@ export class Submaps {
   ownOf({ submap, chunk, index, version, photo, isMesh }) {
     const of = this.all.get(submap);
     const points = (isMesh ? of?.mesh : photo ? of?.surface : of?.chunks)?.get(chunk);
-    if (points?.chunk.version !== version || index >= points.count) return null;
+    if (points?.chunk.version !== version || index >= points.numPoints) return null;
     return points.own(index);
   }
 

@@ -140,7 +140,7 @@ export class ChunkMesh extends Mesh {
     return this.chunk.vertices;
   }
 
-  get count() {
+  get numPoints() {
     return this.chunk.vertices;
   }
 
