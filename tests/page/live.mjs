@@ -89,7 +89,11 @@ state = await browser.until('the surface', (s) => s.surface.on && s.surface.poin
 await browser.rest();
 await picture('surface');
 await page.locator('#tool_surface').click();
-await browser.until('the points again', (s) => !s.surface.on);
+await browser.until('the mesh', (s) => s.mesh.on && s.mesh.triangles > 20_000 && s.mesh.loading === 0);
+await browser.rest();
+await picture('mesh');
+await page.locator('#tool_surface').click();
+await browser.until('the points again', (s) => !s.surface.on && !s.mesh.on);
 await browser.rest();
 const point = await page.evaluate(() => {
   for (let y = 150; y < 700; y += 4) {
