@@ -18,4 +18,12 @@ struct ConfirmedMap {
   bool has_pixels() const { return !map.depth.empty() && colours.size() == map.depth.size(); }
 };
 
+// Pixels may be shared with a ConfirmedMap: those stay as they are.
+inline void ScaleDepths(double scale, DepthMap* map) {
+  for (cv::Mat1f* pixels : {&map->depth, &map->error}) {
+    *pixels = pixels->clone();
+    *pixels *= scale;
+  }
+}
+
 }  // namespace skein

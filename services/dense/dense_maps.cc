@@ -9,6 +9,7 @@
 
 #include "core/hash.h"
 #include "core/statistics.h"
+#include "dense/box_steps.h"
 #include "depth/agreement.h"
 #include "depth/consistency.h"
 #include "depth/depth_scene.h"
@@ -56,14 +57,6 @@ double ShiftPx(const Camera& a, const Camera& b, int size_px) {
   return most * std::min(1.0, size_px / std::max(width, height));
 }
 
-// Pixels may be shared with a ConfirmedMap: those stay as they are.
-void Scale(double scale, DepthMap* map) {
-  for (cv::Mat1f* pixels : {&map->depth, &map->error}) {
-    *pixels = pixels->clone();
-    *pixels *= scale;
-  }
-}
-
 struct CameraPoint {
   Eigen::Vector3d position;
   const DensePoint* point;
@@ -100,18 +93,15 @@ uint8_t ConfidenceOf(const DensePoint& point) {
 ShapeChunk ChunkOf(const std::vector<CameraPoint>& points, uint64_t version) {
   Eigen::AlignedBox3d box;
   for (const CameraPoint& point : points) box.extend(point.position);
+  const BoxSteps steps(box);
   ShapeChunk chunk;
   chunk.version = version;
   Eigen::Vector3d::Map(chunk.origin.data()) = box.min();
-  // Above 0 for a single point, too.
-  chunk.step = std::max(box.sizes().maxCoeff(), 1e-9 * box.max().norm()) / 65535;
+  chunk.step = steps.step();
   for (const CameraPoint& point : points) {
     ShapePoint packed;
-    for (int i = 0; i < 3; ++i) {
-      packed.xyz[i] =
-          static_cast<uint16_t>(std::lround((point.position[i] - box.min()[i]) / chunk.step));
-      packed.rgb[i] = point.point->colour[2 - i];
-    }
+    packed.xyz = steps.Of(point.position);
+    for (int i = 0; i < 3; ++i) packed.rgb[i] = point.point->colour[2 - i];
     packed.num_photos = ConfidenceOf(*point.point);
     chunk.points.push_back(packed);
   }
@@ -259,8 +249,8 @@ void DenseMaps::FitScale(const SparsePhoto& sparse, const std::vector<Eigen::Vec
     return;
   }
   if (std::abs(scale - 1) > kScaleStep) {
-    Scale(scale, &photo->map);
-    Scale(scale, &photo->agreed);
+    ScaleDepths(scale, &photo->map);
+    ScaleDepths(scale, &photo->agreed);
     photo->points.scale *= scale;
     if (!photo->points.chunks.empty()) ++changes_;
   }

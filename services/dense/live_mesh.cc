@@ -11,6 +11,7 @@
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/statistics.h"
+#include "dense/box_steps.h"
 #include "depth/ground_grid.h"
 #include "formats/mesh_chunk.h"
 #include "surface/surface_nets.h"
@@ -74,11 +75,7 @@ ConfirmedMap Halved(const ConfirmedMap& of) {
 
 void SetScale(double scale, ConfirmedMap* map) {
   if (scale == map->scale) return;
-  const double factor = scale / map->scale;
-  map->map.depth = map->map.depth.clone();
-  map->map.error = map->map.error.clone();
-  map->map.depth *= factor;
-  map->map.error *= factor;
+  ScaleDepths(scale / map->scale, &map->map);
   map->scale = scale;
 }
 
@@ -114,21 +111,15 @@ ColouredMap Coloured(const ConfirmedMap& map) { return {&map.map, &map.colours, 
 
 // Requires a triangle.
 MeshChunk ChunkOf(const SurfaceMesh& mesh, uint64_t version) {
-  Eigen::AlignedBox3f box;
-  for (const MeshVertex& vertex : mesh.vertices) box.extend(vertex.position);
+  Eigen::AlignedBox3d box;
+  for (const MeshVertex& vertex : mesh.vertices) box.extend(vertex.position.cast<double>());
+  const BoxSteps steps(box);
   MeshChunk chunk;
   chunk.version = version;
-  Eigen::Vector3d::Map(chunk.origin.data()) = mesh.origin + box.min().cast<double>();
-  chunk.step = static_cast<double>(box.sizes().maxCoeff()) / 65535;
-  if (!(chunk.step > 0)) chunk.step = 1;
+  Eigen::Vector3d::Map(chunk.origin.data()) = mesh.origin + box.min();
+  chunk.step = steps.step();
   for (const MeshVertex& vertex : mesh.vertices) {
-    MeshChunk::Vertex packed;
-    for (int i = 0; i < 3; ++i) {
-      const double steps = static_cast<double>(vertex.position[i] - box.min()[i]) / chunk.step;
-      packed.xyz[i] = static_cast<uint16_t>(std::min(65535L, std::lround(steps)));
-    }
-    packed.rgb = vertex.colour;
-    chunk.vertices.push_back(packed);
+    chunk.vertices.push_back({steps.Of(vertex.position.cast<double>()), vertex.colour});
   }
   for (size_t i = 0; i < mesh.indices.size(); i += 3) {
     chunk.triangles.push_back({static_cast<uint16_t>(mesh.indices[i]),

@@ -10,7 +10,7 @@
 namespace skein {
 namespace {
 
-// Of one client on a port for bulk data: what Gigabit Ethernet carries in chunks of 24 KiB.
+// A client's messages on a port for bulk data: Gigabit Ethernet carries so many chunks of 24 KiB.
 constexpr double kMaxBulkMessagesPerS = 5000;
 
 // By the session's URL: scripts/launch.sh starts a process for each of its ports. Without a session

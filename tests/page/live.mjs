@@ -88,6 +88,7 @@ await page.locator('#tool_surface').click();
 state = await browser.until('the surface', (s) => s.surface.on && s.surface.points > 20_000 && s.surface.loading === 0);
 await browser.rest();
 await picture('surface');
+await browser.until('a mesh is listed', (s) => s.mesh.of.length === 1); // the last work of skein-dense
 await page.locator('#tool_surface').click();
 await browser.until('the mesh', (s) => s.mesh.on && s.mesh.triangles > 20_000 && s.mesh.loading === 0);
 await browser.rest();

@@ -20,6 +20,19 @@ async function startServer(...more) {
   return assert.fail('the test server did not start');
 }
 
+// To an earlier time.
+const goBack = (page) => page.locator('#timeline input').evaluate((slider) => {
+  slider.value = 300;
+  slider.dispatchEvent(new Event('input'));
+});
+
+async function measureBetween(page, box, points) {
+  await page.locator('#tool_measure').click();
+  for (const { x, y } of points) await page.mouse.click(box.x + x, box.y + y);
+  await page.locator('.measure_label').waitFor();
+  await page.keyboard.press('Escape');
+}
+
 // Two places on the canvas where points of the map are, far apart: the first from the left, and from the right. Each
 // look is a picture of its own, so none is made in vain.
 const twoPoints = (page, { left, right, top, bottom, step } = { left: 150, right: 850, top: 250, bottom: 600, step: 37 }) => page.evaluate((area) => {
@@ -258,15 +271,9 @@ const cases = {
     await page.mouse.click(box.x + a.x, box.y + a.y);
     await browser.until('its photo is told', (s) => s.selection?.photo > 0 && s.selection.seen.photos.length === 1);
     await page.locator('.inspect', { hasText: 'It is from the depth map of this photo' }).waitFor();
-    await page.locator('#tool_measure').click();
-    for (const { x, y } of [a, b]) await page.mouse.click(box.x + x, box.y + y);
-    await page.locator('.measure_label').waitFor();
-    await page.keyboard.press('Escape');
+    await measureBetween(page, box, [a, b]);
     // As it was: fewer photos, less surface.
-    await page.locator('#timeline input').evaluate((slider) => {
-      slider.value = 300;
-      slider.dispatchEvent(new Event('input'));
-    });
+    await goBack(page);
     await browser.until('an earlier time has less of it', (s) => !s.isLive && s.surface.pointsShown < 0.8 * shown.surface.pointsShown);
     await page.locator('#timeline .now').click();
     await browser.until('now again', (s) => s.isLive && s.surface.pointsShown === shown.surface.pointsShown);
@@ -301,15 +308,9 @@ const cases = {
     await page.mouse.click(box.x + a.x, box.y + a.y);
     await browser.until('the point is told', (s) => s.selection?.isMesh && s.selection.seen.photos.length === 0);
     await page.locator('.inspect', { hasText: 'A point of the surface.' }).waitFor();
-    await page.locator('#tool_measure').click();
-    for (const { x, y } of [a, b]) await page.mouse.click(box.x + x, box.y + y);
-    await page.locator('.measure_label').waitFor();
-    await page.keyboard.press('Escape');
+    await measureBetween(page, box, [a, b]);
     // An earlier time has points in its place.
-    await page.locator('#timeline input').evaluate((slider) => {
-      slider.value = 300;
-      slider.dispatchEvent(new Event('input'));
-    });
+    await goBack(page);
     await browser.until('an earlier time has points', (s) => !s.isLive && s.mesh.trianglesShown === 0 && s.pointsShown > 0);
     await page.locator('#timeline .now').click();
     await browser.until('now again', (s) => s.isLive && s.mesh.trianglesShown === triangles);
@@ -720,10 +721,7 @@ const cases = {
     const { page } = browser;
     await page.goto(url);
     await browser.until('everything is known', (s) => s.synced && s.cameras.length === 45);
-    await page.locator('#timeline input').evaluate((slider) => {
-      slider.value = 300;
-      slider.dispatchEvent(new Event('input'));
-    });
+    await goBack(page);
     const past = await browser.until('an earlier time', (s) => !s.isLive && s.cameras.length < 30);
     assert.ok(past.counts.received < 30 && past.submaps.length === 2 && past.shownHead < past.head);
     assert.equal(past.cameras.length, past.counts.placed);
@@ -1164,10 +1162,7 @@ const cases = {
     const after = await view(browser);
     assert.ok(far(minus(after.eye, before.eye)) > 0.1, 'the camera is not looked at');
     // As it was: the card is of that time.
-    await page.locator('#timeline input').evaluate((slider) => {
-      slider.value = 300;
-      slider.dispatchEvent(new Event('input'));
-    });
+    await goBack(page);
     const past = await browser.until('an earlier time', (s) => !s.isLive && s.newest !== newest && s.newest > 0);
     await shows(browser, past.newest);
     // On a phone it is in the way of nothing.

@@ -38,7 +38,7 @@ export function decodeChunk(buffer) {
   return { points, total, origin, step, version, position, colour, lowest, highest };
 }
 
-// In the submap's frame.
+// Of a point, or a mesh's vertex, in the frame of the chunk.
 export function pointOf(chunk, index) {
   return [0, 1, 2].map((k) => chunk.origin[k] + chunk.step * chunk.position[4 * index + k]);
 }

@@ -131,11 +131,6 @@ function clustered(mesh, cell) {
   return { ...mesh, ...means, vertices: sums.length, triangles: kept.length / 3, index: Uint16Array.from(kept) };
 }
 
-// Of a vertex, in the frame that the chunk was made in.
-export function vertexOf({ origin, step, position }, index) {
-  return [0, 1, 2].map((k) => origin[k] + step * position[4 * index + k]);
-}
-
 // The submap's frame of now from that of a mesh: the similarity that moves the photos of `frame` to their places of now. Each
 // photo tells its direction, too, so that photos on a line do. cameras: Map(image -> {centre, worldFromCam}). The identity with
 // fewer than two photos that are still there.

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import test from 'node:test';
-import { checkedMesh, coarsened, decodeMesh, framePlace, kMesh, vertexOf } from '../src/mesh.js';
+import { pointOf } from '../src/chunk.js';
+import { checkedMesh, coarsened, decodeMesh, framePlace, kMesh } from '../src/mesh.js';
 import { Shapes } from '../src/shapes.js';
 import * as sim from '../src/similarity.js';
 import { encodeMesh, makeSession, meshAt, meshChunkBytes, shapeAt } from '../test_server/synthetic.mjs';
@@ -27,7 +28,7 @@ function plane(n) {
 const areaOf = (mesh) => {
   let sum = 0;
   for (let i = 0; i < mesh.index.length; i += 3) {
-    const [a, b, c] = [0, 1, 2].map((k) => vertexOf(mesh, mesh.index[i + k]));
+    const [a, b, c] = [0, 1, 2].map((k) => pointOf(mesh, mesh.index[i + k]));
     sum += Math.hypot(...sim.cross(sim.subtract(b, a), sim.subtract(c, a))) / 2;
   }
   return sum;
@@ -47,7 +48,7 @@ test('A list is believed within bounds', () => {
 test('A chunk has its vertices, colours and triangles', () => {
   const mesh = decodeMesh(plane(3));
   assert.deepEqual([mesh.vertices, mesh.triangles, mesh.version], [9, 8, 7]);
-  assert.ok(sim.distance(vertexOf(mesh, 5), [2, 1, 5]) < 1e-4);
+  assert.ok(sim.distance(pointOf(mesh, 5), [2, 1, 5]) < 1e-4);
   assert.deepEqual([...mesh.colour.slice(0, 3)], [10, 20, 30]);
   assert.ok(Math.abs(areaOf(mesh) - 4) < 1e-3);
 });
@@ -126,6 +127,6 @@ test('The test server’s mesh lies before its photos', () => {
   const chunk = decodeMesh(bufferOf(meshChunkBytes(session, session.photos[image - 1], pose, frame.s, 1)));
   assert.equal(mesh.chunks.find((c) => c.id === image).points, chunk.triangles);
   const { centre, worldFromCam } = sim.cameraPlace(pose);
-  const inCamera = sim.rotate(sim.conjugate(worldFromCam), sim.subtract(vertexOf(chunk, 0), centre));
+  const inCamera = sim.rotate(sim.conjugate(worldFromCam), sim.subtract(pointOf(chunk, 0), centre));
   assert.ok(inCamera[2] > 0);
 });

@@ -64,7 +64,7 @@ TEST_P(SweepKernelsOfVersion, WarpsByLinearInterpolation) {
   }
 }
 
-// Of one row and view: the bits in which the windows around column x differ.
+// The bits in which the windows around column x differ, in one row and view.
 int HammingDistance(const CensusTask& task, int view, int x) {
   const auto bit = [&](const uint8_t* const* rows, int y, int dx) {
     return rows[y][x + dx] >= std::min(255, rows[kCensusRadius][x] + task.threshold);

@@ -27,6 +27,14 @@ constexpr int kNumChunks = 4;
 // Conjugate gradients that a step takes with the factor of another one.
 constexpr double kExpectedGradients = 20;
 
+// Residuals beyond the unknowns; at least 1.
+double RedundancyOf(const Bundle& bundle, const BundleLayout& layout) {
+  const auto num_free = std::count_if(bundle.points.begin(), bundle.points.end(),
+                                      [](const BundlePoint& point) { return !point.constant; });
+  const double num_residuals = 2.0 * static_cast<double>(bundle.observations.size());
+  return std::max(1.0, num_residuals - 3.0 * static_cast<double>(num_free) - layout.size);
+}
+
 class Solver {
  public:
   Solver(const BundleOptions& options, Bundle* bundle)
@@ -36,7 +44,8 @@ class Solver {
         loss_{options.loss, options.loss_scale_px},
         start_(bundle->poses),
         has_scales_(HasScales(*bundle)),
-        pattern_(ChoosePattern(options, *bundle, layout_)) {
+        pattern_(ChoosePattern(options, *bundle, layout_)),
+        redundancy_(RedundancyOf(*bundle, layout_)) {
     SplitPoints();
     keeps_factor_ = !has_scales_ && IsDecomposingSlow();
     if (keeps_factor_) TakeFactor(options.factor);
@@ -187,9 +196,7 @@ class Solver {
   // are at rest.
   double StepInSigmas(double cost) const {
     if (layout_.size == 0) return std::numeric_limits<double>::infinity();
-    int64_t freedoms = 2 * static_cast<int64_t>(bundle_.observations.size()) - layout_.size;
-    for (const BundlePoint& point : bundle_.points) freedoms -= point.constant ? 0 : 3;
-    const double variance = 2 * cost / static_cast<double>(std::max<int64_t>(1, freedoms));
+    const double variance = 2 * cost / redundancy_;
     return std::sqrt(2 * gain_of_cameras_ / (variance * layout_.size));
   }
 
@@ -381,6 +388,7 @@ class Solver {
   const std::vector<BundlePose> start_;
   const bool has_scales_;
   const PosePattern pattern_;
+  const double redundancy_;
   std::vector<Chunk> chunks_;
   bool keeps_factor_ = false;
   double gain_of_cameras_ =

@@ -104,35 +104,35 @@ class Part {
 // Whatever the number of threads, so that the points and their ids do not depend on it.
 constexpr int kNumParts = 4;
 
-std::vector<Part> Divide(const SceneMap& map, int num_parts) {
+std::vector<Part> Divide(const SceneMap& map) {
   KeypointComponents components(map);
   std::vector<Part> parts;
-  parts.reserve(num_parts);
-  for (int i = 0; i < num_parts; ++i) parts.emplace_back(map.reconstruction());
+  parts.reserve(kNumParts);
+  for (int i = 0; i < kNumParts; ++i) parts.emplace_back(map.reconstruction());
   std::unordered_map<ImageId, std::vector<Point2DIdx>> index_in_part;
   for (const ImageId id : map.photos()) {
     const Image& image = map.reconstruction().Image(id);
-    std::vector<std::vector<Point2DIdx>> keypoints(num_parts);
+    std::vector<std::vector<Point2DIdx>> keypoints(kNumParts);
     std::vector<Point2DIdx>& index = index_in_part[id];
     index.resize(image.NumPoints2D());
     for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
       if (!components.IsMatched(id, i)) continue;
-      std::vector<Point2DIdx>& of_part = keypoints[components.Find(id, i) % num_parts];
+      std::vector<Point2DIdx>& of_part = keypoints[components.Find(id, i) % kNumParts];
       index[i] = static_cast<Point2DIdx>(of_part.size());
       of_part.push_back(i);
     }
-    for (int i = 0; i < num_parts; ++i) parts[i].AddImage(image, std::move(keypoints[i]));
+    for (int i = 0; i < kNumParts; ++i) parts[i].AddImage(image, std::move(keypoints[i]));
   }
-  std::vector<FeatureMatches> shares(num_parts);
+  std::vector<FeatureMatches> shares(kNumParts);
   for (const auto& [id1, id2] : map.pairs()) {
     for (FeatureMatches& share : shares) share.clear();
     const std::vector<Point2DIdx>& index1 = index_in_part.at(id1);
     const std::vector<Point2DIdx>& index2 = index_in_part.at(id2);
     for (const FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
-      shares[components.Find(id1, match.point2D_idx1) % num_parts].emplace_back(
+      shares[components.Find(id1, match.point2D_idx1) % kNumParts].emplace_back(
           index1[match.point2D_idx1], index2[match.point2D_idx2]);
     }
-    for (int i = 0; i < num_parts; ++i) parts[i].AddMatches(id1, id2, shares[i]);
+    for (int i = 0; i < kNumParts; ++i) parts[i].AddMatches(id1, id2, shares[i]);
   }
   return parts;
 }
@@ -166,7 +166,7 @@ std::vector<ImageId> RegisteredByName(const Reconstruction& model) {
 }  // namespace
 
 bool TriangulateAnew(int num_threads, SceneMap* map, const std::function<bool()>& stop) {
-  std::vector<Part> parts = Divide(*map, kNumParts);
+  std::vector<Part> parts = Divide(*map);
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
   DoneCount others;

@@ -1,6 +1,8 @@
 // The triangles of one chunk of a mesh, as GPU buffers, and how they are drawn.
 import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, NoBlending, ShaderMaterial, Sphere, Vector3 } from 'three';
-import { coarsened, vertexOf } from '../mesh.js';
+import { pointOf } from '../chunk.js';
+import { chunkPlace } from '../dense.js';
+import { coarsened } from '../mesh.js';
 import * as sim from '../similarity.js';
 import { kTinted, matrixOf } from './points.js';
 
@@ -123,9 +125,8 @@ export class ChunkMesh extends Mesh {
 
   // submap_from_frame
   setPlace(place) {
-    const { origin, step } = this.chunk;
     this.place = place;
-    this.matrix.copy(matrixOf(sim.compose(place, { s: step, q: [1, 0, 0, 0], t: origin })));
+    this.matrix.copy(matrixOf(chunkPlace(place, this.chunk)));
     this.matrixWorldNeedsUpdate = true;
   }
 
@@ -146,7 +147,7 @@ export class ChunkMesh extends Mesh {
 
   // Of a vertex, in the submap's frame.
   own(index) {
-    return sim.apply(this.place, vertexOf(this.chunk, index));
+    return sim.apply(this.place, pointOf(this.chunk, index));
   }
 
   // visit(x, y, z) of each vertex, in the submap's frame.
