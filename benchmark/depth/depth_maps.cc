@@ -89,7 +89,7 @@ std::vector<DepthMap> Sweep(const Arguments& arguments, const DepthInput& input,
 std::vector<DepthMap> Agreed(const DepthInput& input, const std::vector<DepthMap>& maps,
                              json* times) {
   const double start = CpuSeconds();
-  std::vector<DepthMap> agreed = AgreedMaps(maps, input.Confirming());
+  std::vector<DepthMap> agreed = CheckDepths(maps, input.Confirming()).maps;
   (*times)["agreement"] = (CpuSeconds() - start) / static_cast<double>(maps.size());
   return agreed;
 }

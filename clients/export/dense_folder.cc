@@ -2,12 +2,14 @@
 
 #include <map>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgproc.hpp>
 #include <utility>
 #include <vector>
 
 #include "clients/export/ground_files.h"
 #include "clients/export/image_file.h"
 #include "core/file.h"
+#include "core/file_below.h"
 #include "core/ply.h"
 #include "depth/model_depths.h"
 #include "export/las.h"
@@ -74,6 +76,7 @@ class DenseFolder {
       Status status = WritePng(depths_.maps[i].depth, folder / (file + ".png"), &scale);
       if (status.ok()) status = WriteImage(depths_.maps[i].depth, folder / (file + ".pfm"));
       if (status.ok()) status = WriteImage(depths_.maps[i].error, folder / (file + ".error.pfm"));
+      if (status.ok()) status = WriteMask(i, folder);
       if (!status.ok()) return status;
       photos.push_back(Describe(i, file, scale));
     }
@@ -92,11 +95,25 @@ class DenseFolder {
     return WriteImage(levels, path);
   }
 
+  // In a folder of masks COLMAP looks for the photo's name.
+  std::string MaskPath(size_t i) const { return "masks/" + scene_.names[i] + ".png"; }
+
+  Status WriteMask(size_t i, const fs::path& folder) const {
+    const fs::path path = folder / MaskPath(i);
+    const Status made = CreateFoldersBelow(folder, path.parent_path());
+    if (!made.ok()) return made;
+    const cv::Size photo(scene_.lenses[i].width, scene_.lenses[i].height);
+    cv::Mat1b mask;
+    cv::resize(depths_.masks[i], mask, photo, 0, 0, cv::INTER_NEAREST);
+    return WriteImage(mask, path);
+  }
+
   nlohmann::json Describe(size_t i, const std::string& file, double scale) const {
     const DepthCamera& camera = depths_.maps[i].camera;
     const DepthPose& pose = depths_.maps[i].cam_from_world;
     return {{"name", scene_.names[i]},
             {"file", file},
+            {"mask", MaskPath(i)},
             {"png_scale", scale},
             {"width", camera.width},
             {"height", camera.height},
@@ -138,7 +155,7 @@ class DenseFolder {
     std::vector<ColouredMap> maps;
     for (size_t i = 0; i < size(); ++i) {
       const auto* points = points_.empty() ? nullptr : &points_[i];
-      maps.push_back({&depths_.maps[i], &depths_.colours[i], points});
+      maps.push_back({&depths_.maps[i], &depths_.colours[i], points, &depths_.masks[i]});
     }
     return maps;
   }

@@ -42,7 +42,7 @@ struct DenseFigures {
 };
 
 // Makes a depth map of each registered photo and keeps the depths that two other maps agree with
-// (depth/model_depths.h). Writes for the formats
+// and that others do not contradict (depth/model_depths.h). Writes for the formats
 //  - "dense": dense.ply, points with normals and colours in the model's frame, binary;
 //  - "las": dense.las, the same points without normals (export/las.h), on the earth if `origin` is
 //    given;
@@ -50,12 +50,13 @@ struct DenseFigures {
 //    has y up where `origin` is given, else the model's frame;
 //  - "depth": in depth/, of each photo NAME.png (16 bit), NAME.pfm and NAME.error.pfm, and
 //    cameras.json with scale, intrinsics, pose and counts of depths (depth/depth_quality.h) of
-//    each;
+//    each; masks/PHOTO.JPG.png is the StaticMask (depth/consistency.h) of photo PHOTO.JPG, in its
+//    size, undistorted;
 //  - "orthophoto": orthophoto.tif, elevation.tif, hillshade.tif and orthophoto.json
 //    (ground_files.h). Heights are above the ellipsoid or whatever the photos' altitudes are above,
 //    else above the median camera; without `origin`, above the ground plane.
 // and for all formats surface.json, the quality (surface_quality.h), which is also in the GeoTIFFs.
-// clients/README.md describes the files. Takes up to 21 bytes a pixel of all depth maps on the disk
+// clients/README.md describes the files. Takes up to 22 bytes a pixel of all depth maps on the disk
 // of `folder` (depth/scratch_file.h), 32 bytes of memory a point, and up to 2 GiB while maps or a
 // mesh are made. on_photo: after each photo, from any thread. `folder` must exist. Error: a photo
 // cannot be read or has another size than its camera, no surface was found, or the disk has no

@@ -131,6 +131,27 @@ TEST_F(DenseFolderTest, DepthMapsComeWithTheirCameras) {
   EXPECT_FALSE(std::filesystem::exists(folder_.path() / "dense.ply"));
 }
 
+TEST_F(DenseFolderTest, EachPhotoHasAMaskOfItsNameAndSize) {
+  DenseOptions options;
+  options.formats = {kDepth};
+  options.size_px = kWallWidth / 2;
+  ASSERT_TRUE(WriteDenseFolder(
+                  WallModel(), options, Photo, [] {}, folder_.path())
+                  .ok());
+  const nlohmann::json cameras = ReadJson("depth/cameras.json");
+  for (size_t i = 0; i < kPoses.size(); ++i) {
+    const std::string name = "masks/" + NameOf(i) + ".png";
+    EXPECT_EQ(cameras["photos"][i]["mask"], name);
+    const cv::Mat mask =
+        cv::imread((folder_.path() / "depth" / name).string(), cv::IMREAD_UNCHANGED);
+    ASSERT_EQ(mask.type(), CV_8UC1);
+    ASSERT_EQ(mask.size(), cv::Size(kWallWidth, kWallHeight));
+    const int64_t num_black = static_cast<int64_t>(mask.total()) - cv::countNonZero(mask);
+    EXPECT_EQ(num_black, 4 * cameras["photos"][i]["depths"]["contradicted"].get<int64_t>());
+    EXPECT_EQ(cv::countNonZero(mask == 255), cv::countNonZero(mask));
+  }
+}
+
 // The wall as ground: seen along z, its height is 10 + 0.3 x.
 TEST_F(DenseFolderTest, AnOrthophotoHasColoursAndHeights) {
   const Result<DenseFigures> figures = Write({kOrthophoto}, Photo);

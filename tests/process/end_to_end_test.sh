@@ -24,6 +24,8 @@ num_pixels=$(jq '[.photos[] | .width * .height] | add' "$workspace/surface/0/dep
 ((20 * num_points > num_pixels && num_points < num_pixels)) || fail "$num_points points of $num_pixels pixels"
 num_maps=$(find "$workspace/surface/0/depth" -name '*.error.pfm' | wc -l)
 ((num_maps == $(jq '.photos | length' "$workspace/surface/0/depth/cameras.json"))) || fail "$num_maps depth maps"
+num_masks=$(find "$workspace/surface/0/depth/masks" -name '*.png' | wc -l)
+((num_masks == num_maps)) || fail "$num_masks masks of $num_maps photos"
 jq -e '.agreed > 0 and .expected_error_p50 > 0 and .ground_sampling_distance > 0' "$workspace/surface/0/surface.json" ||
   fail "no quality: $(<"$workspace/surface/0/surface.json")"
 

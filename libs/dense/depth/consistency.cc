@@ -34,21 +34,34 @@ class Mean {
   int count_ = 0;
 };
 
-bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreement>& agreements) {
-  return std::count_if(agreements.begin(), agreements.end(), [&](const Agreement& agreement) {
-           return agreement.SeesPast(x, y, map.depth(y, x), map.error(y, x));
-         }) >= kMinContradicting;
+std::vector<Agreement> AgreementsOf(const DepthMap& map,
+                                    const std::vector<const DepthMap*>& others) {
+  std::vector<Agreement> agreements;
+  for (const DepthMap* other : others) agreements.emplace_back(map, *other);
+  return agreements;
+}
+
+// Both the sweep's map and its agreed depths see past the depth: the former knows edges better.
+bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreement>& others,
+                    const std::vector<Agreement>& agreed) {
+  const float depth = map.depth(y, x), error = map.error(y, x);
+  int contradicting = 0;
+  for (size_t i = 0; i < others.size(); ++i) {
+    contradicting +=
+        agreed[i].SeesPast(x, y, depth, error) && others[i].SeesPast(x, y, depth, error);
+  }
+  if (contradicting < kMinContradicting) return false;
+  return std::count_if(others.begin(), others.end(), [&](const Agreement& other) {
+           return other.Find(x, y, depth).has_value();
+         }) < contradicting;
 }
 
 }  // namespace
 
-DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others,
-                    DepthCounts* counts) {
-  DepthCounts count;
+DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others) {
   DepthMap kept{map.camera, map.cam_from_world, cv::Mat1f(map.depth.size(), 0.0f),
                 cv::Mat1f(map.depth.size(), 0.0f)};
-  std::vector<Agreement> agreements;
-  for (const DepthMap* other : others) agreements.emplace_back(map, *other);
+  const std::vector<Agreement> agreements = AgreementsOf(map, others);
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       const float depth = map.depth(y, x);
@@ -58,18 +71,26 @@ DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& oth
       for (const Agreement& agreement : agreements) {
         if (const auto estimate = agreement.Find(x, y, depth)) mean.Add(*estimate);
       }
-      if (mean.count() <= kMinAgreeing) {
-        if (counts == nullptr) continue;
-        ++(IsContradicted(map, x, y, agreements) ? count.contradicted : count.alone);
-        continue;
-      }
-      ++count.agreed;
+      if (mean.count() <= kMinAgreeing) continue;
       kept.depth(y, x) = static_cast<float>(mean.Value());
       kept.error(y, x) = static_cast<float>(mean.Error());
     }
   }
-  if (counts != nullptr) *counts = count;
   return kept;
+}
+
+cv::Mat1b StaticMask(const DepthMap& map, const std::vector<const DepthMap*>& others,
+                     const std::vector<const DepthMap*>& agreed) {
+  const std::vector<Agreement> of_others = AgreementsOf(map, others),
+                               of_agreed = AgreementsOf(map, agreed);
+  cv::Mat1b mask(map.depth.size(), 255);
+  for (int y = 0; y < mask.rows; ++y) {
+    for (int x = 0; x < mask.cols; ++x) {
+      if (!(map.depth(y, x) > 0)) continue;
+      if (IsContradicted(map, x, y, of_others, of_agreed)) mask(y, x) = 0;
+    }
+  }
+  return mask;
 }
 
 }  // namespace skein

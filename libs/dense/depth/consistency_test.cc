@@ -41,53 +41,75 @@ TEST(KeepAgreed, AMapOfHolesAgreesWithNothing) {
   EXPECT_EQ(KeepAgreed(map, {&a, &holes}).Completeness(), 0);
 }
 
-// A square of `map` lies half as far as the wall.
-TEST(KeepAgreed, ADepthThatTwoOthersSeePastIsContradicted) {
-  const DepthMap a = TrueMap(PoseAt({1, 0, 0})), b = TrueMap(PoseAt({0, 1, 0}));
-  DepthMap map = TrueMap(kHere);
-  map.depth(cv::Rect(70, 50, 20, 20)) *= 0.5;
-  DepthCounts counts;
-  KeepAgreed(map, {&a, &b}, &counts);
-  EXPECT_EQ(counts.contradicted, 400);
-  EXPECT_GT(counts.agreed, kWallWidth * kWallHeight / 2);
-  EXPECT_EQ(counts.Sum(), kWallWidth * kWallHeight);
-  KeepAgreed(map, {&a}, &counts);
-  EXPECT_EQ(counts.contradicted, 0) << "by one other";
-  EXPECT_EQ(counts.alone, kWallWidth * kWallHeight);
-}
-
-TEST(KeepAgreed, ADepthBehindTheOthersOrWithinTheErrorsIsAlone) {
-  const DepthMap a = TrueMap(PoseAt({1, 0, 0})), b = TrueMap(PoseAt({0, 1, 0}));
-  DepthMap map = TrueMap(kHere);
-  map.depth(cv::Rect(70, 50, 20, 20)) *= 2;
-  DepthCounts counts;
-  KeepAgreed(map, {&a, &b}, &counts);
-  EXPECT_EQ(counts.contradicted, 0) << "the others show a surface before it: it may be hidden";
-  map = TrueMap(kHere, 0.9);
-  map.error = 1;
-  KeepAgreed(map, {&a, &b}, &counts);
-  EXPECT_EQ(counts.agreed + counts.contradicted, 0);
-}
-
-TEST(KeepAgreed, AnEdgeContradictsNothing) {
-  DepthMap a = TrueMap(PoseAt({1, 0, 0})), b = TrueMap(PoseAt({0, 1, 0}));
-  DepthMap map = TrueMap(kHere, 0.5);
-  // Each second column of the others shows something before the point.
-  for (int x = 0; x < kWallWidth; x += 2) {
-    a.depth.col(x).setTo(1);
-    b.depth.col(x).setTo(1);
-  }
-  DepthCounts counts;
-  KeepAgreed(map, {&a, &b}, &counts);
-  EXPECT_EQ(counts.contradicted, 0);
-}
-
 TEST(KeepAgreed, ADepthBecomesTheMean) {
   const DepthMap map = TrueMap(kHere, 1.006), a = TrueMap(PoseAt({1, 0, 0})),
                  b = TrueMap(PoseAt({0, 1, 0}));
   const DepthMap kept = KeepAgreed(map, {&a, &b});
   ASSERT_GT(kept.depth(60, 80), 0);
   EXPECT_NEAR(kept.depth(60, 80) / TrueMap(kHere).depth(60, 80), 1.002, 0.001);
+}
+
+const cv::Rect kSquare(70, 50, 20, 20);
+
+// The wall from here, its square `factor` times as far.
+DepthMap MapWithSquare(double factor) {
+  DepthMap map = TrueMap(kHere);
+  map.depth(kSquare) *= factor;
+  return map;
+}
+
+std::vector<DepthMap> ThreeOthers() {
+  return {TrueMap(PoseAt({1, 0, 0})), TrueMap(PoseAt({0, 1, 0})), TrueMap(PoseAt({1, 1, 0}))};
+}
+
+int NumContradicted(const DepthMap& map, const std::vector<DepthMap>& others,
+                    const std::vector<DepthMap>& agreed) {
+  std::vector<const DepthMap*> of_others, of_agreed;
+  for (const DepthMap& other : others) of_others.push_back(&other);
+  for (const DepthMap& other : agreed) of_agreed.push_back(&other);
+  return cv::countNonZero(StaticMask(map, of_others, of_agreed) == 0);
+}
+
+TEST(StaticMask, ADepthThatThreeOthersSeePastIsContradicted) {
+  const std::vector<DepthMap> others = ThreeOthers(), two(others.begin(), others.begin() + 2);
+  EXPECT_EQ(NumContradicted(MapWithSquare(0.5), others, others), kSquare.area());
+  EXPECT_EQ(NumContradicted(MapWithSquare(0.5), two, two), 0);
+  EXPECT_EQ(NumContradicted(MapWithSquare(1), others, others), 0);
+}
+
+TEST(StaticMask, AsManyThatAgreeOutweighThoseThatSeePast) {
+  const DepthMap map = MapWithSquare(0.5);
+  std::vector<DepthMap> others = ThreeOthers();
+  others.insert(others.end(), 2, map);
+  EXPECT_EQ(NumContradicted(map, others, others), kSquare.area());
+  others.push_back(map);
+  EXPECT_EQ(NumContradicted(map, others, others), 0);
+}
+
+TEST(StaticMask, DepthsThatAreNotAgreedContradictNothing) {
+  const std::vector<DepthMap> others = ThreeOthers();
+  std::vector<DepthMap> agreed = others;
+  agreed[0].depth = cv::Mat1f(agreed[0].depth.size(), 0.0f);
+  EXPECT_EQ(NumContradicted(MapWithSquare(0.5), others, agreed), 0);
+}
+
+TEST(StaticMask, ADepthBehindTheOthersOrWithinTheErrorsIsNot) {
+  const std::vector<DepthMap> others = ThreeOthers();
+  EXPECT_EQ(NumContradicted(MapWithSquare(2), others, others), 0)
+      << "the others show a surface before it: it may be hidden";
+  DepthMap vague = TrueMap(kHere, 0.9);
+  vague.error = 1;
+  EXPECT_EQ(NumContradicted(vague, others, others), 0);
+}
+
+// Each second column of the others' sweeps shows something before the point.
+TEST(StaticMask, AnEdgeContradictsNothing) {
+  const std::vector<DepthMap> agreed = ThreeOthers();
+  std::vector<DepthMap> others = ThreeOthers();
+  for (DepthMap& other : others) {
+    for (int x = 0; x < kWallWidth; x += 2) other.depth.col(x).setTo(1);
+  }
+  EXPECT_EQ(NumContradicted(TrueMap(kHere, 0.5), others, agreed), 0);
 }
 
 }  // namespace

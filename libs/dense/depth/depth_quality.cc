@@ -51,6 +51,14 @@ class ErrorHistogram {
 
 }  // namespace
 
+DepthCounts CountDepths(const DepthMap& sweep, const DepthMap& kept, const cv::Mat1b& mask) {
+  DepthCounts counts;
+  counts.agreed = cv::countNonZero(kept.depth);
+  counts.contradicted = static_cast<int64_t>(mask.total()) - cv::countNonZero(mask);
+  counts.alone = cv::countNonZero(sweep.depth) - counts.agreed - counts.contradicted;
+  return counts;
+}
+
 DepthCounts SumOf(const std::vector<DepthCounts>& counts) {
   DepthCounts sum;
   for (const DepthCounts& one : counts) {

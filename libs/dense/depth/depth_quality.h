@@ -10,12 +10,15 @@ namespace skein {
 
 // Depths of sweeps, each counted once.
 struct DepthCounts {
-  int64_t agreed = 0;        // at least kMinAgreeing other maps agree: these stay
-  int64_t contradicted = 0;  // not agreed, and at least kMinContradicting other maps see past it
+  int64_t agreed = 0;        // these stay (consistency.h)
+  int64_t contradicted = 0;  // 0 in StaticMask (consistency.h)
   int64_t alone = 0;         // the rest
 
   int64_t Sum() const { return agreed + contradicted + alone; }
 };
+
+// kept: the depths of `sweep` that stay. mask: StaticMask of `sweep`.
+DepthCounts CountDepths(const DepthMap& sweep, const DepthMap& kept, const cv::Mat1b& mask);
 
 DepthCounts SumOf(const std::vector<DepthCounts>& counts);
 

@@ -7,6 +7,19 @@
 namespace skein::depth_test {
 namespace {
 
+TEST(DepthQuality, ADepthThatIsNeitherAgreedNorContradictedIsAlone) {
+  const DepthMap sweep = Wall().Map(PoseAt({0, 0, 0}), 0.01f);
+  DepthMap kept = sweep;
+  kept.depth = sweep.depth.clone();
+  kept.depth.rowRange(0, 3) = 0;
+  cv::Mat1b mask(kept.depth.size(), 255);
+  mask.row(0) = 0;
+  const DepthCounts counts = CountDepths(sweep, kept, mask);
+  EXPECT_EQ(counts.agreed, (kWallHeight - 3) * kWallWidth);
+  EXPECT_EQ(counts.contradicted, kWallWidth);
+  EXPECT_EQ(counts.alone, 2 * kWallWidth);
+}
+
 TEST(DepthQuality, CountsAddUp) {
   const DepthCounts sum = SumOf({{1, 2, 3}, {10, 20, 30}});
   EXPECT_EQ(sum.agreed, 11);

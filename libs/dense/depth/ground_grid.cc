@@ -174,6 +174,7 @@ class GridMaker {
   template <typename Function>
   void ForEachSeenCell(size_t index, const Function& visit) const {
     const DepthMap& map = *maps_[index].map;
+    const cv::Mat1b* mask = maps_[index].mask;
     const cv::Rect& footprint = footprints_[index];
     const Eigen::Isometry3d cam_from_level = CamFromLevel(map);
     const Eigen::Vector3d vertical = cam_from_level.linear().col(2);
@@ -182,7 +183,7 @@ class GridMaker {
         if (grid_.IsHole(row, column)) continue;
         const Eigen::Vector3d camera = cam_from_level * MiddleOf(row, column);
         const auto pixel = PixelOf(map, camera);
-        if (!pixel) continue;
+        if (!pixel || (mask != nullptr && IsMasked(*mask, *pixel))) continue;
         const double cosine = std::abs(vertical.dot(camera)) / camera.norm();
         visit(cv::Point(column, row), *pixel, Score(map, *pixel, camera.z(), cosine));
       }
@@ -217,6 +218,13 @@ class GridMaker {
     const float z = static_cast<float>(camera.z());
     if (!(std::abs(depth - z) <= kSeenDepth * z)) return std::nullopt;
     return pixel;
+  }
+
+  // Whether the mask is 0 at one of the pixels that Add reads.
+  static bool IsMasked(const cv::Mat1b& mask, const Eigen::Vector2d& pixel) {
+    const int left = static_cast<int>(pixel.x() - 0.5), top = static_cast<int>(pixel.y() - 0.5);
+    return std::min({mask(top, left), mask(top, left + 1), mask(top + 1, left),
+                     mask(top + 1, left + 1)}) == 0;
   }
 
   // s cos a / g.

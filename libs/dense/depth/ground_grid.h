@@ -27,6 +27,7 @@ struct ColouredMap {
   const DepthMap* map;
   const cv::Mat3b* colours;
   const std::vector<DensePoint>* points;  // of PointsOf; nullptr where only the map matters
+  const cv::Mat1b* mask = nullptr;        // 0: the pixel colours no ground; nullptr: none is 0
 };
 
 // Median over the maps of the surface that a pixel covers.

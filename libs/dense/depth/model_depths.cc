@@ -19,7 +19,7 @@ constexpr int64_t kSweepBytes = int64_t{2} << 30;  // of all threads
 // Files that hold pixels; nullptr: memory does.
 struct PixelFiles {
   std::unique_ptr<ScratchFile> working;  // of the photos and of the sweeps' maps
-  std::unique_ptr<ScratchFile> kept;     // of the agreed maps and of the colours
+  std::unique_ptr<ScratchFile> kept;     // of the agreed maps, their masks and the colours
 };
 
 template <typename T>
@@ -60,7 +60,7 @@ Result<PixelFiles> MakePixelFiles(const DepthScene& scene, int size_px,
       working += bytes(sizeof(uint8_t));  // DepthPhoto::valid
     }
     working += bytes(sizeof(uint8_t)) + 2 * bytes(sizeof(float));
-    kept += bytes(sizeof(cv::Vec3b)) + 2 * bytes(sizeof(float));
+    kept += bytes(sizeof(cv::Vec3b)) + 2 * bytes(sizeof(float)) + bytes(sizeof(uint8_t));
   }
   PixelFiles files;
   auto file = ScratchFile::Make(folder, working);
@@ -147,15 +147,38 @@ std::vector<DepthMap> SweepAll(const DepthInput& input, const std::function<void
 }
 
 std::vector<DepthMap> AgreedIn(ScratchFile* file, const std::vector<DepthMap>& maps,
-                               const std::vector<std::vector<int>>& confirming,
-                               std::vector<DepthCounts>* counts) {
+                               const std::vector<std::vector<int>>& confirming) {
   std::vector<DepthMap> agreed(maps.size());
-  if (counts != nullptr) counts->resize(maps.size());
   ForEachOnThreads(NumHardwareThreads(), maps.size(), [&](size_t i) {
-    DepthCounts* count = counts == nullptr ? nullptr : &(*counts)[i];
-    agreed[i] = KeepIn(file, KeepAgreed(maps[i], MapsOf(maps, confirming[i]), count));
+    agreed[i] = KeepIn(file, KeepAgreed(maps[i], MapsOf(maps, confirming[i])));
   });
   return agreed;
+}
+
+std::vector<cv::Mat1b> MasksIn(ScratchFile* file, const std::vector<DepthMap>& maps,
+                               const std::vector<DepthMap>& agreed,
+                               const std::vector<std::vector<int>>& confirming) {
+  std::vector<cv::Mat1b> masks(maps.size());
+  ForEachOnThreads(NumHardwareThreads(), maps.size(), [&](size_t i) {
+    masks[i] = KeepIn(
+        file, StaticMask(maps[i], MapsOf(maps, confirming[i]), MapsOf(agreed, confirming[i])));
+  });
+  return masks;
+}
+
+// All masks are made before a depth is left out, so the order of the maps does not matter.
+CheckedDepths CheckIn(ScratchFile* file, const std::vector<DepthMap>& maps,
+                      const std::vector<std::vector<int>>& confirming) {
+  CheckedDepths checked;
+  checked.maps = AgreedIn(file, maps, confirming);
+  checked.masks = MasksIn(file, maps, checked.maps, confirming);
+  for (size_t i = 0; i < maps.size(); ++i) {
+    const cv::Mat1b is_contradicted = checked.masks[i] == 0;
+    checked.maps[i].depth.setTo(0, is_contradicted);
+    checked.maps[i].error.setTo(0, is_contradicted);
+    checked.counts.push_back(CountDepths(maps[i], checked.maps[i], checked.masks[i]));
+  }
+  return checked;
 }
 
 }  // namespace
@@ -187,9 +210,9 @@ DepthMap SweepPhoto(const DepthInput& input, size_t index, DepthSweep* sweep) {
   return *sweep->Estimate(input.photos[index], matched, range.value_or(DepthRange{1, 2}));
 }
 
-std::vector<DepthMap> AgreedMaps(const std::vector<DepthMap>& maps,
-                                 const std::vector<std::vector<int>>& confirming) {
-  return AgreedIn(nullptr, maps, confirming, nullptr);
+CheckedDepths CheckDepths(const std::vector<DepthMap>& maps,
+                          const std::vector<std::vector<int>>& confirming) {
+  return CheckIn(nullptr, maps, confirming);
 }
 
 double MeanCompleteness(const std::vector<DepthMap>& maps) {
@@ -214,12 +237,10 @@ Result<ModelDepths> MakeModelDepths(const DepthScene& scene, int size_px, const 
   Result<DepthInput> input = ReadInput(scene, size_px, photo, *files);
   if (!input.ok()) return input.status();
   const std::vector<DepthMap> maps = SweepAll(*input, on_photo, files->working.get());
-  ModelDepths depths;
-  depths.confirming = input->Confirming();
-  depths.maps = AgreedIn(files->kept.get(), maps, depths.confirming, &depths.counts);
-  depths.colours = std::move(input->colours);
-  depths.file = std::move(files->kept);
-  return depths;
+  std::vector<std::vector<int>> confirming = input->Confirming();
+  CheckedDepths checked = CheckIn(files->kept.get(), maps, confirming);
+  return ModelDepths{std::move(checked), std::move(files->kept), std::move(input->colours),
+                     std::move(confirming)};
 }
 
 }  // namespace skein

@@ -42,26 +42,32 @@ Result<DepthInput> ReadDepthInput(const DepthScene& scene, int size_px, const Sc
 // The map of photo `index`, matched with its first kNumMatched neighbours.
 DepthMap SweepPhoto(const DepthInput& input, size_t index, DepthSweep* sweep);
 
-// KeepAgreed (consistency.h) of each map with those that `confirming` names, on all cores.
-std::vector<DepthMap> AgreedMaps(const std::vector<DepthMap>& maps,
-                                 const std::vector<std::vector<int>>& confirming);
+// Maps of sweeps, checked by each other.
+struct CheckedDepths {
+  std::vector<DepthMap> maps;       // agreed depths, without the contradicted ones
+  std::vector<cv::Mat1b> masks;     // StaticMask (consistency.h) of each map
+  std::vector<DepthCounts> counts;  // of the depths before the check
+};
+
+// Each map is checked by those that `confirming` names, on all cores.
+CheckedDepths CheckDepths(const std::vector<DepthMap>& maps,
+                          const std::vector<std::vector<int>>& confirming);
 
 double MeanCompleteness(const std::vector<DepthMap>& maps);
 
-struct ModelDepths {
-  std::unique_ptr<ScratchFile> file;  // holds the pixels of `maps` and `colours`
-  std::vector<DepthMap> maps;         // agreed depths of the scene's photos
+// The depths of a scene's photos.
+struct ModelDepths : CheckedDepths {
+  std::unique_ptr<ScratchFile> file;  // holds the pixels of `maps`, `masks` and `colours`
   std::vector<cv::Mat3b> colours;
   std::vector<std::vector<int>> confirming;
-  std::vector<DepthCounts> counts;  // of the depths before agreement, of each photo
 
   // PointsOf (dense_points.h) of each map, on all cores.
   std::vector<std::vector<DensePoint>> Points() const;
 };
 
 // All of the above, on all cores. Takes up to 2 GiB of memory for the sweeps. Pixels lie in files
-// without a name in `folder`: 20 bytes a pixel of all depth maps and 1 a pixel of each camera, of
-// which the result keeps 11 a pixel. on_photo: after each photo, from any thread. Errors: as
+// without a name in `folder`: 21 bytes a pixel of all depth maps and 1 a pixel of each camera, of
+// which the result keeps 12 a pixel. on_photo: after each photo, from any thread. Errors: as
 // ReadDepthInput and ScratchFile::Make, which comes before the first photo is read.
 Result<ModelDepths> MakeModelDepths(const DepthScene& scene, int size_px, const ScenePhoto& photo,
                                     const std::function<void()>& on_photo,
