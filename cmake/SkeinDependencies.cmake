@@ -1,5 +1,5 @@
 # Everything Skein links. All are packages of Debian 12 and 13 (scripts/setup.sh installs them),
-# but for the part of COLMAP that scripts/setup.sh builds.
+# but for ONNX Runtime, of 13 alone, and the part of COLMAP that scripts/setup.sh builds.
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
   set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
@@ -49,6 +49,16 @@ find_library(SECCOMP_LIBRARY seccomp REQUIRED)
 add_library(seccomp INTERFACE)
 target_include_directories(seccomp SYSTEM INTERFACE ${SECCOMP_INCLUDE_DIR})
 target_link_libraries(seccomp INTERFACE ${SECCOMP_LIBRARY})
+
+# ONNX Runtime, which Debian 13 has, runs learned descriptors, else OpenCV's DNN module.
+# -DONNXRUNTIME_LIBRARY=OFF chooses OpenCV.
+find_path(ONNXRUNTIME_INCLUDE_DIR onnxruntime_cxx_api.h PATH_SUFFIXES onnxruntime)
+find_library(ONNXRUNTIME_LIBRARY onnxruntime)
+if(ONNXRUNTIME_INCLUDE_DIR AND ONNXRUNTIME_LIBRARY)
+  add_library(onnxruntime INTERFACE)
+  target_include_directories(onnxruntime SYSTEM INTERFACE ${ONNXRUNTIME_INCLUDE_DIR})
+  target_link_libraries(onnxruntime INTERFACE ${ONNXRUNTIME_LIBRARY})
+endif()
 
 find_path(HNSWLIB_INCLUDE_DIR hnswlib/hnswlib.h REQUIRED)
 add_library(hnswlib INTERFACE)

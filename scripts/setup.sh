@@ -24,11 +24,11 @@ build_packages=(
   libqrencode-dev libgtest-dev libbenchmark-dev iproute2 util-linux jq)
 test_packages=(curl unzip zbar-tools clang clang-format clang-tidy colmap gnuplot-nox sqlite3 xvfb xauth python3-nacl python3-yaml)
 
-# What a release calls otherwise: its name, COLMAP's version, packages of the tests.
+# What a release has or calls otherwise: its name, COLMAP's version, packages.
 release=$(. /etc/os-release && echo "$ID${VERSION_ID:-}")
 case $release in
   debian12) codename=bookworm colmap=3.8 test_packages+=(libclang-rt-14-dev openjdk-17-jre) ;;
-  debian13) codename=trixie colmap=3.10 test_packages+=(libclang-rt-19-dev openjdk-21-jre) ;;
+  debian13) codename=trixie colmap=3.10 build_packages+=(libonnxruntime-dev) test_packages+=(libclang-rt-19-dev openjdk-21-jre) ;;
   *) codename='' colmap='' ;;
 esac
 

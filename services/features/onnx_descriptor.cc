@@ -1,15 +1,16 @@
 #include "features/onnx_descriptor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <opencv2/dnn.hpp>
 #include <opencv2/imgproc.hpp>
 #include <sstream>
+#include <stdexcept>
+#include <string_view>
 #include <utility>
 
 #include "core/file.h"
 #include "core/hash.h"
-#include "features/onnx_file.h"
 #include "photo/image_view.h"
 
 namespace skein {
@@ -23,11 +24,18 @@ std::string Text(double value) {
   return text.str();
 }
 
-constexpr char kHowToExport[] =
-    "; export it with torch.onnx.export(model, torch.zeros(1, 3, 512, 512), \"model.onnx\", "
-    "opset_version=10)";
 constexpr double kMaxMean = 1;  // of pixel / 255
 constexpr double kMaxStd = 10;
+constexpr size_t kMaxLfsPointerBytes = 1024;  // the specification of Git LFS: "under 1024 bytes"
+
+// "1 x 3 x 224 x ?".
+std::string ShapeText(const std::vector<int64_t>& shape) {
+  std::string text;
+  for (const int64_t dim : shape) {
+    text += (text.empty() ? "" : " x ") + (dim < 0 ? std::string("?") : std::to_string(dim));
+  }
+  return text;
+}
 
 Status CheckScale(const OnnxOptions& options) {
   for (const double mean : options.mean) {
@@ -55,16 +63,29 @@ Status Check(const OnnxOptions& options) {
   return CheckScale(options);
 }
 
+bool IsLfsPointer(std::string_view text) {
+  return text.size() < kMaxLfsPointerBytes && text.rfind("version ", 0) == 0 &&
+         text.find("git-lfs") != std::string_view::npos;
+}
+
+Result<std::unique_ptr<OnnxNetwork>> ReadNetwork(const Bytes& model) {
+  if (IsLfsPointer({reinterpret_cast<const char*>(model.data()), model.size()})) {
+    return InvalidArgument(
+        "is a Git LFS pointer, not the model itself: run git lfs pull where it is from");
+  }
+  return ReadOnnxNetwork(model);
+}
+
 // One photo of three channels goes in.
-Status CheckInput(const OnnxFile& file) {
-  if (file.inputs.size() != 1) {
-    return InvalidArgument("takes " + std::to_string(file.inputs.size()) +
+Status CheckInput(const OnnxNetwork& network) {
+  if (network.inputs().size() != 1) {
+    return InvalidArgument("takes " + std::to_string(network.inputs().size()) +
                            " inputs; one photo is all there is");
   }
-  const std::vector<int64_t>& shape = file.inputs[0].shape;
+  const std::vector<int64_t>& shape = network.inputs()[0].shape;
   if (shape.size() == 4 && shape[1] == 3 && std::abs(shape[0]) == 1) return Status::Ok();
   return InvalidArgument("takes " + ShapeText(shape) + ", not one photo as 1 x 3 x height x width" +
-                         kHowToExport);
+                         HowToExport());
 }
 
 // One side of the input: the model's, which that of the options must equal, or the options'.
@@ -83,34 +104,41 @@ Status ChooseSide(const std::string& side, int64_t of_model, int* of_options) {
   return Status::Ok();
 }
 
-Status ChooseSize(const OnnxFile& file, OnnxOptions* options) {
-  if (const Status status = CheckInput(file); !status.ok()) return status;
-  const std::vector<int64_t>& shape = file.inputs[0].shape;
+Status ChooseSize(const OnnxNetwork& network, OnnxOptions* options) {
+  const std::vector<int64_t>& shape = network.inputs()[0].shape;
   const Status height = ChooseSide("height", shape[2], &options->height_px);
   return height.ok() ? ChooseSide("width", shape[3], &options->width_px) : height;
 }
 
-std::string OutputNames(const OnnxFile& file) {
+std::string OutputNames(const OnnxNetwork& network) {
   std::string names;
-  for (const OnnxTensor& output : file.outputs) {
+  for (const OnnxValueInfo& output : network.outputs()) {
     names += (names.empty() ? "" : ", ") + output.name + " (" + ShapeText(output.shape) + ")";
   }
   return names;
 }
 
+Status CheckOutput(const OnnxNetwork& network, const std::string& name) {
+  const auto& outputs = network.outputs();
+  const bool is_there = std::any_of(outputs.begin(), outputs.end(), [&](const OnnxValueInfo& info) {
+    return name.empty() || info.name == name;
+  });
+  if (is_there) return Status::Ok();
+  return InvalidArgument("has no output \"" + name + "\"; there are: " + OutputNames(network));
+}
+
+// Checks the network against `options`, which get its size.
+Status Fit(const OnnxNetwork& network, OnnxOptions* options) {
+  if (Status status = CheckInput(network); !status.ok()) return status;
+  if (Status status = ChooseSize(network, options); !status.ok()) return status;
+  return CheckOutput(network, options->output);
+}
+
 // Whether all values stand along one axis.
-Status CheckVector(const cv::Mat& output, const OnnxFile& file) {
-  std::vector<int64_t> shape;
-  int num_long = 0;
-  for (int i = 0; i < output.dims; ++i) {
-    shape.push_back(output.size[i]);
-    num_long += output.size[i] > 1;
-  }
-  if (num_long <= 1 && output.total() > 1) return Status::Ok();
-  return InvalidArgument("puts out " + ShapeText(shape) +
-                         ", which is no vector of a photo: name a pooled output with "
-                         "--global-output (there are: " +
-                         OutputNames(file) + ")");
+bool IsVector(const OnnxTensor& tensor) {
+  const auto is_long = [](int64_t size) { return size > 1; };
+  return tensor.values.size() > 1 &&
+         std::count_if(tensor.shape.begin(), tensor.shape.end(), is_long) == 1;
 }
 
 void ReadKey(const std::string& key, const nlohmann::json& value, OnnxOptions* options) {
@@ -131,8 +159,6 @@ void ReadKey(const std::string& key, const nlohmann::json& value, OnnxOptions* o
   }
 }
 
-std::string FirstLine(const std::string& text) { return text.substr(0, text.find('\n')); }
-
 // Model and preprocessing together: a change of either makes other vectors.
 std::string IdOf(const Bytes& model, const OnnxOptions& o) {
   const nlohmann::json preprocessing = {o.width_px, o.height_px,     o.mean,
@@ -143,7 +169,7 @@ std::string IdOf(const Bytes& model, const OnnxOptions& o) {
   return "onnx-" + HashBytes(all.data(), all.size()).substr(0, 16);
 }
 
-cv::Mat ToInput(const cv::Mat& bgr, const OnnxOptions& options) {
+cv::Mat Normalise(const cv::Mat& bgr, const OnnxOptions& options) {
   cv::Mat image;
   cv::resize(bgr, image, {options.width_px, options.height_px}, 0, 0, cv::INTER_AREA);
   if (options.channel_order == "RGB") cv::cvtColor(image, image, cv::COLOR_BGR2RGB);
@@ -152,14 +178,21 @@ cv::Mat ToInput(const cv::Mat& bgr, const OnnxOptions& options) {
   const auto& s = options.std;
   cv::subtract(image, cv::Scalar(m[0], m[1], m[2]), image);
   cv::divide(image, cv::Scalar(s[0], s[1], s[2]), image);
-  return cv::dnn::blobFromImage(image);
+  return image;
+}
+
+// 1 x 3 x height x width.
+OnnxTensor ToTensor(const cv::Mat& image) {
+  OnnxTensor tensor{{1, 3, image.rows, image.cols}, std::vector<float>(3 * image.total())};
+  std::array<cv::Mat, 3> planes;
+  for (size_t i = 0; i < planes.size(); ++i) {
+    planes[i] = cv::Mat(image.size(), CV_32F, tensor.values.data() + i * image.total());
+  }
+  cv::split(image, planes.data());
+  return tensor;
 }
 
 }  // namespace
-
-struct OnnxModel::Net {
-  cv::dnn::Net net;
-};
 
 Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options) {
   try {
@@ -172,10 +205,9 @@ Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options) {
   return Check(*options);
 }
 
-OnnxModel::OnnxModel(std::string id, const OnnxOptions& options, std::unique_ptr<Net> net)
-    : id_(std::move(id)), options_(options), net_(std::move(net)) {}
-
-OnnxModel::~OnnxModel() = default;
+OnnxModel::OnnxModel(std::string id, const OnnxOptions& options,
+                     std::unique_ptr<OnnxNetwork> network)
+    : id_(std::move(id)), options_(options), network_(std::move(network)) {}
 
 Result<std::shared_ptr<OnnxModel>> OnnxModel::Load(const std::string& path,
                                                    const OnnxOptions& asked) {
@@ -184,43 +216,46 @@ Result<std::shared_ptr<OnnxModel>> OnnxModel::Load(const std::string& path,
   if (!status.ok()) return status;
   const auto bytes = ReadFile(path);
   if (!bytes) return bytes.status();
-  const auto file = ReadOnnxFile(*bytes);
-  status = file ? ChooseSize(*file, &options) : file.status();
+  auto network = ReadNetwork(*bytes);
+  status = network ? Fit(**network, &options) : network.status();
   if (!status.ok()) return InvalidArgument(path + " " + status.error());
-  try {
-    auto net = std::make_unique<Net>();
-    net->net = cv::dnn::readNetFromONNX(*bytes);
-    net->net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    net->net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    std::shared_ptr<OnnxModel> model(new OnnxModel(IdOf(*bytes, options), options, std::move(net)));
-    const cv::Mat blank(options.height_px, options.width_px, CV_8UC3, cv::Scalar::all(128));
-    const cv::Mat output = model->Forward(blank);
-    status = CheckVector(output, *file);
-    if (!status.ok()) return InvalidArgument(path + " " + status.error());
-    model->dim_ = static_cast<int>(output.total());
-    return model;
-  } catch (const cv::Exception& e) {
-    const std::string outputs =
-        options.output.empty() ? ""
-                               : ", output \"" + options.output + "\" of " + OutputNames(*file);
-    return InvalidArgument(path + " cannot be run by OpenCV (opset " + std::to_string(file->opset) +
-                           outputs + "): " + FirstLine(e.err) + kHowToExport);
-  }
+  std::shared_ptr<OnnxModel> model(
+      new OnnxModel(IdOf(*bytes, options), options, *std::move(network)));
+  status = model->MeasureDim();
+  if (!status.ok()) return InvalidArgument(path + " " + status.error());
+  return model;
 }
 
-cv::Mat OnnxModel::Forward(const cv::Mat& upright_bgr) {
-  net_->net.setInput(ToInput(upright_bgr, options_));
-  return (options_.output.empty() ? net_->net.forward() : net_->net.forward(options_.output))
-      .clone();
+Status OnnxModel::MeasureDim() {
+  const auto output =
+      Run(cv::Mat(options_.height_px, options_.width_px, CV_8UC3, cv::Scalar::all(128)));
+  if (!output) return output.status();
+  if (!IsVector(*output)) {
+    return InvalidArgument("puts out " + ShapeText(output->shape) +
+                           ", which is no vector of a photo: name a pooled output with "
+                           "--global-output (there are: " +
+                           OutputNames(*network_) + ")");
+  }
+  dim_ = static_cast<int>(output->values.size());
+  return Status::Ok();
+}
+
+Result<OnnxTensor> OnnxModel::Run(const cv::Mat& upright_bgr) {
+  return network_->Run(ToTensor(Normalise(upright_bgr, options_)), options_.output);
 }
 
 std::vector<float> OnnxModel::Describe(const DescribedPhoto& photo) {
-  const cv::Mat output = Forward(UprightView(photo.decoded, photo.exif_orientation)).reshape(1, 1);
-  const double norm = cv::norm(output);
+  auto output = Run(UprightView(photo.decoded, photo.exif_orientation));
+  if (!output) throw std::runtime_error("the global model " + output.error());
+  std::vector<float>& values = output->values;
+  if (static_cast<int>(values.size()) != dim_) {
+    throw std::runtime_error("the global model puts out " + ShapeText(output->shape) + ", not " +
+                             std::to_string(dim_) + " values as before");
+  }
+  const double norm = cv::norm(values);
   if (!(norm > 0) || !std::isfinite(norm)) return {};
-  std::vector<float> values;
-  output.convertTo(values, CV_32F, 1 / norm);
-  return values;
+  for (float& value : values) value = static_cast<float>(value / norm);
+  return std::move(values);
 }
 
 }  // namespace skein

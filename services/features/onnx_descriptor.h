@@ -7,6 +7,7 @@
 
 #include "core/result.h"
 #include "features/global_descriptor.h"
+#include "features/onnx_network.h"
 
 namespace skein {
 
@@ -26,30 +27,29 @@ struct OnnxOptions {
 Status ReadOnnxOptions(const std::string& json_text, OnnxOptions* options);
 
 // A learned descriptor: an ONNX model that maps an image, 1 x 3 x height x width, to a vector.
-// OpenCV's DNN module runs it on the CPU. The paper uses a NetVLAD-style network (Hou et al. 2023).
+// OnnxNetwork runs the model on the CPU. The paper uses a NetVLAD-style network (Hou et al. 2023).
 // The model gets the upright view.
 class OnnxModel : public GlobalDescriptorModel {
  public:
   // Loads the model and runs it once. An error says why it cannot be used and what to do. Refused
-  // are an open size, a size other than the model's, an output that is no vector, and means or
-  // deviations of 0..255.
+  // are a size that neither the model nor `options` say, a size other than the model's, an output
+  // that is no vector, and means or deviations of 0..255.
   static Result<std::shared_ptr<OnnxModel>> Load(const std::string& path,
                                                  const OnnxOptions& options);
-  ~OnnxModel() override;
 
   const std::string& id() const override { return id_; }
   int dim() const override { return dim_; }
+  // Throws std::runtime_error if the network fails, as it did not in Load.
   std::vector<float> Describe(const DescribedPhoto& photo) override;
 
  private:
-  struct Net;
-
-  OnnxModel(std::string id, const OnnxOptions& options, std::unique_ptr<Net> net);
-  cv::Mat Forward(const cv::Mat& upright_bgr);
+  OnnxModel(std::string id, const OnnxOptions& options, std::unique_ptr<OnnxNetwork> network);
+  Status MeasureDim();
+  Result<OnnxTensor> Run(const cv::Mat& upright_bgr);
 
   std::string id_;
   OnnxOptions options_;
-  std::unique_ptr<Net> net_;
+  std::unique_ptr<OnnxNetwork> network_;
   int dim_ = 0;
 };
 

@@ -1,69 +1,43 @@
 #include "features/onnx_descriptor.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <fstream>
 
 #include "features/model_choice.h"
+#include "testing/test_folder.h"
+#include "testing/test_onnx.h"
 
 namespace skein::onnx_descriptor_test {
 
-// Protocol buffer wire format, as much of it as an ONNX model needs.
-std::string Varint(uint64_t value) {
-  std::string out;
-  for (; value >= 0x80; value >>= 7) out += static_cast<char>((value & 0x7f) | 0x80);
-  return out + static_cast<char>(value);
-}
-std::string Int(int field, uint64_t value) { return Varint(field << 3) + Varint(value); }
-std::string Text(int field, const std::string& value) {
-  return Varint(field << 3 | 2) + Varint(value.size()) + value;
-}
-
-// Value info of a float tensor.
-std::string Tensor(const std::string& name, const std::vector<int>& dims) {
-  std::string shape;
-  for (const int dim : dims) shape += Text(1, Int(1, dim));
-  return Text(1, name) + Text(2, Text(1, Int(1, 1) + Text(2, shape)));
-}
-std::string Node(const std::string& input, const std::string& output, const std::string& type,
-                 const std::string& attributes = "") {
-  return Text(1, input) + Text(2, output) + Text(3, output) + Text(4, type) + attributes;
-}
-
 // A model of one node from x to y.
-std::string OneNodeModel(const std::string& op, const std::vector<int>& in,
-                         const std::vector<int>& out) {
-  const std::string graph = Text(1, Node("x", "y", op)) + Text(2, "one_node") +
-                            Text(11, Tensor("x", in)) + Text(12, Tensor("y", out));
-  return Int(1, 7) + Text(7, graph) + Text(8, Text(1, "") + Int(2, 11));
+std::string OneNodeModel(const std::string& op, const std::vector<int64_t>& in,
+                         const std::vector<int64_t>& out) {
+  return TestOnnx(11).Input("x", in).Node(op, {"x"}, "y").Output("y", out).Model();
 }
 
 // y = flatten(global average of the input): the mean of each channel. `op` names the pooling.
+TestOnnx MeanColour(const std::string& op, int height, int width) {
+  return TestOnnx(11)
+      .Input("x", {1, 3, height, width})
+      .Node(op, {"x"}, "pooled")
+      .Node("Flatten", {"pooled"}, "y", TestOnnx::Attribute("axis", 1))
+      .Output("y", {1, 3});
+}
 std::string MeanColourModel(const std::string& op = "GlobalAveragePool", int height = 4,
                             int width = 6) {
-  const std::string axis = Text(5, Text(1, "axis") + Int(3, 1) + Int(20, 2));
-  const std::string graph = Text(1, Node("x", "pooled", op)) +
-                            Text(1, Node("pooled", "y", "Flatten", axis)) + Text(2, "mean_colour") +
-                            Text(11, Tensor("x", {1, 3, height, width})) +
-                            Text(12, Tensor("y", {1, 3}));
-  return Int(1, 7) + Text(7, graph) + Text(8, Text(1, "") + Int(2, 11));
+  return MeanColour(op, height, width).Model();
 }
 
 class OnnxDescriptor : public testing::Test {
  protected:
-  OnnxDescriptor()
-      : folder_(std::filesystem::temp_directory_path() /
-                ("skein_onnx_" + std::to_string(::getpid()))) {
-    std::filesystem::create_directories(folder_);
+  OnnxDescriptor() {
     options_.width_px = 6;
     options_.height_px = 4;
     options_.mean = {0.5, 0.25, 0};
     options_.std = {0.5, 1, 2};
   }
-  ~OnnxDescriptor() override { std::filesystem::remove_all(folder_); }
 
   std::string Write(const std::string& name, const std::string& contents) {
     const std::string path = folder_ / name;
@@ -71,7 +45,7 @@ class OnnxDescriptor : public testing::Test {
     return path;
   }
 
-  std::filesystem::path folder_;
+  TestFolder folder_;
   OnnxOptions options_;
 };
 
@@ -111,12 +85,43 @@ TEST_F(OnnxDescriptor, IdChangesWithModelAndPreprocessing) {
   EXPECT_NE((*OnnxModel::Load(path, options_))->id(), id);
 }
 
+TEST_F(OnnxDescriptor, IsTheSameBitForBitInEachProcess) {
+  const std::string path = Write("m.onnx", MeanColourModel());
+  cv::Mat photo(40, 60, CV_8UC3);
+  cv::randu(photo, 0, 256);
+  const auto values = (*OnnxModel::Load(path, options_))->Describe({photo, 1, nullptr});
+  ASSERT_EQ(values.size(), 3u);
+  const auto again = OnnxModel::Load(path, options_);
+  EXPECT_EQ((*again)->Describe({photo, 1, nullptr}), values);
+  EXPECT_EQ((*again)->Describe({photo, 1, nullptr}), values);
+}
+
+TEST_F(OnnxDescriptor, IsEmptyOfAPhotoWithoutAnything) {
+  options_.mean = {0, 0, 0};
+  const auto model = OnnxModel::Load(Write("m.onnx", MeanColourModel()), options_);
+  ASSERT_TRUE(model.ok()) << model.error();
+  const cv::Mat black(40, 60, CV_8UC3, cv::Scalar(0, 0, 0));
+  EXPECT_TRUE((*model)->Describe({black, 1, nullptr}).empty());
+}
+
+// As exporters before IR version 4 did.
+TEST_F(OnnxDescriptor, WeightsAreNoInputs) {
+  const std::string contents = MeanColour("GlobalAveragePool", 4, 6)
+                                   .Input("unused", {2})
+                                   .Weights("unused", std::vector<float>{1, 2})
+                                   .Model();
+  const auto model = OnnxModel::Load(Write("m.onnx", contents), options_);
+  EXPECT_TRUE(model.ok()) << model.error();
+}
+
 TEST_F(OnnxDescriptor, WhatCannotBeRunSaysWhy) {
   EXPECT_FALSE(OnnxModel::Load((folder_ / "absent.onnx").string(), options_).ok());
-  EXPECT_FALSE(OnnxModel::Load(Write("t.onnx", "no model"), options_).ok());
+  const auto text = OnnxModel::Load(Write("t.onnx", "no model"), options_);
+  EXPECT_NE(text.error().find("t.onnx is no ONNX model"), std::string::npos) << text.error();
   const auto unknown = OnnxModel::Load(Write("u.onnx", MeanColourModel("NoSuchLayer")), options_);
   EXPECT_FALSE(unknown.ok());
-  EXPECT_NE(unknown.error().find("u.onnx"), std::string::npos);
+  EXPECT_NE(unknown.error().find("u.onnx cannot be run by"), std::string::npos) << unknown.error();
+  EXPECT_NE(unknown.error().find("; export it with"), std::string::npos) << unknown.error();
 }
 
 TEST_F(OnnxDescriptor, TakesItsSizeFromTheModel) {
@@ -131,7 +136,7 @@ TEST_F(OnnxDescriptor, TakesItsSizeFromTheModel) {
 }
 
 TEST_F(OnnxDescriptor, AsksForASizeThatTheModelLeavesOpen) {
-  const std::string path = Write("open.onnx", MeanColourModel("GlobalAveragePool", 0, 0));
+  const std::string path = Write("open.onnx", MeanColourModel("GlobalAveragePool", -1, -1));
   EXPECT_TRUE(OnnxModel::Load(path, options_).ok()) << OnnxModel::Load(path, options_).error();
   options_.width_px = 0;
   const std::string error = OnnxModel::Load(path, options_).error();
@@ -176,7 +181,8 @@ TEST_F(OnnxDescriptor, KnowsAGitLfsPointer) {
 TEST_F(OnnxDescriptor, SaysWhichOutputsThereAre) {
   options_.output = "z";
   const std::string error = OnnxModel::Load(Write("m.onnx", MeanColourModel()), options_).error();
-  EXPECT_NE(error.find("output \"z\" of y (1 x 3)"), std::string::npos) << error;
+  EXPECT_NE(error.find("m.onnx has no output \"z\"; there are: y (1 x 3)"), std::string::npos)
+      << error;
 }
 
 TEST_F(OnnxDescriptor, ReadsTheJsonBesideTheModel) {

@@ -1,7 +1,6 @@
 #include "features/onnx_file.h"
 
 #include <algorithm>
-#include <cstring>
 #include <set>
 #include <stdexcept>
 #include <string_view>
@@ -90,18 +89,18 @@ int64_t ReadDim(std::string_view dim) {
   return size > 0 ? size : -1;
 }
 
-OnnxTensor ReadTensor(std::string_view value) {
-  OnnxTensor tensor;
-  ForEach(value, kValueName, [&](const Field& f) { tensor.name = f.bytes; });
+OnnxValueInfo ReadValueInfo(std::string_view value) {
+  OnnxValueInfo info;
+  ForEach(value, kValueName, [&](const Field& f) { info.name = f.bytes; });
   ForEach(value, kValueType, [&](const Field& type) {
     ForEach(type.bytes, kTensorType, [&](const Field& t) {
       ForEach(t.bytes, kTensorShape, [&](const Field& shape) {
         ForEach(shape.bytes, kShapeDim,
-                [&](const Field& d) { tensor.shape.push_back(ReadDim(d.bytes)); });
+                [&](const Field& d) { info.shape.push_back(ReadDim(d.bytes)); });
       });
     });
   });
-  return tensor;
+  return info;
 }
 
 void ReadGraph(std::string_view graph, OnnxFile* file) {
@@ -110,25 +109,16 @@ void ReadGraph(std::string_view graph, OnnxFile* file) {
     ForEach(weight.bytes, kInitializerName, [&](const Field& f) { weights.emplace(f.bytes); });
   });
   ForEach(graph, kInput, [&](const Field& f) {
-    OnnxTensor input = ReadTensor(f.bytes);
+    OnnxValueInfo input = ReadValueInfo(f.bytes);
     if (weights.count(input.name) == 0) file->inputs.push_back(std::move(input));
   });
-  ForEach(graph, kOutput, [&](const Field& f) { file->outputs.push_back(ReadTensor(f.bytes)); });
-}
-
-bool IsLfsPointer(std::string_view text) {
-  return text.size() < 1024 && text.rfind("version ", 0) == 0 &&
-         text.find("git-lfs") != std::string_view::npos;
+  ForEach(graph, kOutput, [&](const Field& f) { file->outputs.push_back(ReadValueInfo(f.bytes)); });
 }
 
 }  // namespace
 
 Result<OnnxFile> ReadOnnxFile(const Bytes& bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
-  if (IsLfsPointer(text)) {
-    return InvalidArgument(
-        "is a Git LFS pointer, not the model itself: run git lfs pull where it is from");
-  }
   OnnxFile file;
   try {
     ForEach(text, kGraph, [&](const Field& graph) { ReadGraph(graph.bytes, &file); });
@@ -142,14 +132,6 @@ Result<OnnxFile> ReadOnnxFile(const Bytes& bytes) {
   }
   if (file.outputs.empty()) return InvalidArgument("is no ONNX model, or damaged");
   return file;
-}
-
-std::string ShapeText(const std::vector<int64_t>& shape) {
-  std::string text;
-  for (const int64_t dim : shape) {
-    text += (text.empty() ? "" : " x ") + (dim < 0 ? std::string("?") : std::to_string(dim));
-  }
-  return text;
 }
 
 }  // namespace skein
