@@ -16,6 +16,7 @@
 #include "codecs/decode_check.h"
 #include "codecs/exif_reader.h"
 #include "codecs/image_decoding.h"
+#include "codecs/photo_encoding.h"
 #include "core/file.h"
 #include "photo/heif.h"
 #include "photo/image_view.h"
@@ -28,7 +29,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::array<const char*, 5> kExtensions = {".jpg", ".jpeg", ".png", ".tif", ".tiff"};
-constexpr int kShrunkJpegQuality = 95;
 constexpr size_t kMaxKindsTold = 6;
 constexpr uint64_t kMaxPixels = 1'000'000'000;  // that are decoded here
 
@@ -143,7 +143,7 @@ Bytes Shrink(const Bytes& bytes, const PhotoHeader& header, int max_size_px) {
                       std::max(1, cvRound(image.rows * scale)));
   cv::resize(image, small, size, 0, 0, cv::INTER_AREA);
   Bytes jpeg;
-  cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kShrunkJpegQuality});
+  cv::imencode(".jpg", small, jpeg, {cv::IMWRITE_JPEG_QUALITY, kJpegQuality});
   const Bytes metadata = MetadataSegments(bytes, header.format);
   jpeg.insert(jpeg.begin() + 2, metadata.begin(), metadata.end());
   return jpeg;

@@ -64,7 +64,7 @@ def figures(tree):
     rooms = collections.Counter(room(p) for p in files if not is_test(p))
     code = {p: t for p, t in files.items() if not is_test(p)}
     longest_file = max(code, key=lambda p: code[p].count('\n'))
-    classes, long_functions, fields, option_files = [], [], 0, set()
+    classes, long_functions, fields, option_files = [], [], collections.Counter(), set()
     for path, text in code.items():
         for head, length, block in blocks(text):
             kind = re.match(r'(?:template.*\n)?(class|struct) (\w+)', block)
@@ -73,7 +73,8 @@ def figures(tree):
                 classes.append((methods + members, methods, members, kind.group(2), path))
                 if re.search(r'(Options|Limits|Tolerance)$', kind.group(2)):
                     option_files.add(path)
-                    fields += len(re.findall(r'^  [^/\n(]+;', block, re.M))
+                    inside = path.startswith(('libs', 'services'))
+                    fields[inside] += len(re.findall(r'^  [^/\n(]+;', block, re.M))
             elif '(' in block and length > 40:
                 long_functions.append((length, path, head[:60]))
     constants = sum(len(re.findall(r'constexpr [^;(]*\bk[A-Z]\w*', t)) for t in code.values())
@@ -99,7 +100,8 @@ def figures(tree):
     print(f'longest file: {longest_file}, {code[longest_file].count(chr(10))} lines')
     print('largest classes:', '; '.join(f'{n}: {m} methods, {v} members' for _, m, v, n, _ in top))
     print(f'functions over 40 lines: {len(long_functions)}', *(f'\n  {n} {p}: {h}' for n, p, h in sorted(long_functions)[::-1]))
-    print(f'option fields: {fields} in {len(option_files)} files; constants: {constants}')
+    print(f'option fields: {fields[True]} in libs and services, {fields[False]} in clients and benchmarks, '
+          f'in {len(option_files)} files; constants: {constants}')
     print('includes into services from elsewhere:', dict(across) or 0)
     print(f'files that fold three or more kinds of fact: {len(folds)}', *('\n  ' + f for f in sorted(folds)))
 

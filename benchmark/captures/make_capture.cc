@@ -76,7 +76,6 @@ Source ReadSource(const fs::path& file, size_t index) {
 
 // Of pixels that a camera of this focal length took; unset: it is not told.
 ExifInfo PlainExif(const cv::Mat3b& pixels, std::optional<double> focal_px) {
-  constexpr double kFullFrameDiagonalMm = 43.2666;
   ExifInfo info;
   info.make = "Skein";
   info.model = "capture";

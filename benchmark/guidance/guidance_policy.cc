@@ -31,7 +31,7 @@ constexpr double kWantedShare = 0.9;
 struct Arguments {
   SyntheticPoolOptions synthetic;
   ModelPoolOptions model;  // taken where it names a model
-  DenseOptions dense;
+  int threads = 1;
   std::string name, scenario = "together", table;
   std::vector<std::string> policies;
   bool gaps = false;  // begin with the walks, less the middle third of each
@@ -64,7 +64,7 @@ class Contest {
     const PlaceQuality place = AssessPlace(map.map);
     tolerance_ = 2 * place.completeness.target_gsd;
     // The pool's own matching takes each photo's depth map once and is not asked for again.
-    const std::vector<Eigen::Vector3d> dense = DenseCloud(arguments.dense, pool()).Make(map);
+    const std::vector<Eigen::Vector3d> dense = DenseCloud(pool(), arguments.threads).Make(map);
     TakeSamples(map, place, synthetic_ ? synthetic_->samples() : SamplesOf(dense, place), dense);
     if (samples_.empty()) throw std::runtime_error("the whole pool covers nothing");
     TellOfPool(map, dense.size());
@@ -219,7 +219,7 @@ class Contest {
       });
     }
     const PhotoPool& pool = own ? *own : this->pool();
-    DenseCloud dense(arguments_.dense, pool);
+    DenseCloud dense(pool, arguments_.threads);
     const Policy policy = PolicyNamed(name, arguments_.synthetic.scenario.seed);
     Capture capture;
     for (int i = 0; i < pool.size(); ++i) capture.left.push_back(i);
@@ -323,7 +323,7 @@ int main(int argc, char** argv) {
   skein::Arguments arguments;
   arguments.policies = skein::PolicyNames();
   arguments.synthetic.cache = "/tmp/skein-guidance";
-  int width = 0, threads = 1;
+  int width = 0;
   skein::sim::ScenarioOptions& scenario = arguments.synthetic.scenario;
   CLI::App app("Lets policies choose photos from a pool, one after the other");
   auto* const scenario_option = app.add_option("--scenario", arguments.scenario, "of skein sim")
@@ -365,7 +365,7 @@ int main(int argc, char** argv) {
   app.add_option("--width", width, "of a photo (default: 240, 4:3; of real ones 400)")
       ->check(CLI::Range(160, 1600));
   app.add_option("--table", arguments.table, "file for a line of CSV a dense matching");
-  app.add_option("--threads", threads)->capture_default_str();
+  app.add_option("--threads", arguments.threads)->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {
     cv::setNumThreads(1);
@@ -377,7 +377,7 @@ int main(int argc, char** argv) {
     arguments.synthetic.width = width > 0 ? width : 240;
     arguments.synthetic.height = arguments.synthetic.width * 3 / 4;
     if (width > 0) arguments.model.width = width;
-    arguments.synthetic.threads = arguments.model.threads = arguments.dense.threads = threads;
+    arguments.synthetic.threads = arguments.model.threads = arguments.threads;
     skein::Contest(arguments).Execute();
     return 0;
   } catch (const std::exception& error) {

@@ -32,7 +32,6 @@ using nlohmann::json;
 
 struct Arguments {
   SyntheticPoolOptions pool;
-  DenseOptions dense;
   std::string scenario = "together", table, calibration;
   double share = 0.25;  // of the pool that is taken, about; 7: all of it
 };
@@ -119,7 +118,8 @@ class Comparison {
     const double radius = RadiusOfSurfel(place_.surface);
     const std::vector<TrackFigures> tracks = TracksAround(map_, place_.surface);
     const std::vector<double> feedback = FeedbackQuality(tracks);
-    const std::vector<Eigen::Vector3d> dense = DenseCloud(arguments_.dense, pool_).Make(map_);
+    const std::vector<Eigen::Vector3d> dense =
+        DenseCloud(pool_, arguments_.pool.threads).Make(map_);
     num_dense_ = dense.size();
     PointGrid grid(2 * target_gsd_), sample_grid(radius);
     for (uint32_t i = 0; i < dense.size(); ++i) grid.Add(dense[i], i);
@@ -372,7 +372,6 @@ int main(int argc, char** argv) {
     cv::setNumThreads(1);
     scenario.scenario = *skein::sim::ParseScenario(arguments.scenario);
     arguments.pool.height = arguments.pool.width * 3 / 4;
-    arguments.dense.threads = arguments.pool.threads;
     skein::Comparison(arguments).Execute();
     return 0;
   } catch (const std::exception& error) {

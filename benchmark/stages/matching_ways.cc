@@ -35,10 +35,8 @@ struct Options {
   std::string codebook, databases;
   std::vector<double> camera;  // of the truth: f, cx, cy, k
   size_t top_n = 20;
-  size_t every = 1;
   KernelVersion kernel = FastestKernel();
   bool colmap = false;
-  bool list = false;
 };
 
 // A photo by the truth: its pose, and its features on the plane z = 1.
@@ -180,15 +178,12 @@ std::vector<Pair> PairsOf(const StudySet& set, const Options& options) {
     vectors.push_back(Eigen::Map<const Eigen::VectorXf>(vector.data(), vector.size()));
   }
   std::vector<Pair> pairs;
-  size_t count = 0;
   for (size_t i = 1; i < vectors.size(); ++i) {
     std::vector<std::pair<float, size_t>> best;
     for (size_t j = 0; j < i; ++j) best.emplace_back(-vectors[i].dot(vectors[j]), j);
     std::sort(best.begin(), best.end());
     best.resize(std::min(best.size(), options.top_n));
-    for (const auto& [similarity, j] : best) {
-      if (count++ % options.every == 0) pairs.emplace_back(i, j);
-    }
+    for (const auto& [similarity, j] : best) pairs.emplace_back(i, j);
   }
   return pairs;
 }
@@ -431,16 +426,6 @@ void Run(const Options& options) {
   for (const Way& way : ways) {
     if (!options.databases.empty()) WriteDatabase(*set, pairs, way, options.databases);
   }
-  for (size_t p = 0; options.list && p < pairs.size(); ++p) {
-    std::printf("pair %zu %zu", pairs[p].first, pairs[p].second);
-    for (const Way& way : ways) {
-      Score score;
-      AddTruth(pairs[p], way.outcomes[p], truth, Tracks(photos.size()), &score);
-      std::printf("  %4zu %4zu %d", way.outcomes[p].inliers(), score.on_lines,
-                  way.outcomes[p].result.geometry.config);
-    }
-    std::printf("\n");
-  }
 }
 
 }  // namespace
@@ -458,17 +443,12 @@ int main(int argc, char** argv) {
       ->expected(4);
   app.add_option("--codebook", options.codebook, "VLAD codebook; default: the shipped one");
   app.add_option("--top-n", options.top_n, "Earlier photos a photo")->capture_default_str();
-  app.add_option("--every", options.every, "Take each N-th pair")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
   app.add_option("--databases", options.databases,
                  "Folder for a COLMAP database a way, of what it verified");
   app.add_option("--kernel", options.kernel,
                  "Kernel of both ways, not of --colmap; default: the fastest here")
       ->transform(CLI::CheckedTransformer(skein::benchmark::KernelsByName()));
   app.add_flag("--colmap", options.colmap, "Also COLMAP's EstimateMultiple");
-  app.add_flag("--list", options.list,
-               "Also each pair: inliers, those on the lines, configuration");
   CLI11_PARSE(app, argc, argv);
   std::printf("commit %s\n", SKEIN_COMMIT);
   try {

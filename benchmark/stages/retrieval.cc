@@ -34,6 +34,8 @@ constexpr int kTopN = 30;
 const size_t kNumExpanding = RetrievalOptions().num_expanding;
 constexpr int kTreeBranching = 10;
 constexpr int kTreeIterations = 11;
+constexpr int32_t kTruePairInliers = 50;  // a true pair has more
+constexpr size_t kMinPredecessors = 60;   // photos with fewer are not judged
 
 struct Options {
   std::vector<std::string> sets;   // NAME=FOLDER, judged and, for the others, trained on
@@ -42,8 +44,6 @@ struct Options {
   std::string codebook;
   std::vector<std::string> models;  // ONNX, judged beside VLAD
   TrainingOptions training;
-  int min_inliers = 50;
-  size_t min_predecessors = 60;  // photos with fewer are not judged
 };
 
 using Vectors = std::vector<std::vector<float>>;
@@ -60,12 +60,12 @@ struct Reference {
   std::vector<Ranking> strongest;  // at most kTopN a photo, most inliers first
 };
 
-Reference MakeReference(const InlierCounts& inliers, int min_inliers) {
+Reference MakeReference(const InlierCounts& inliers) {
   Reference reference;
   for (const auto& row : inliers) {
     Ranking ids;
     for (size_t j = 0; j < row.size(); ++j) {
-      if (row[j] > min_inliers) ids.push_back(static_cast<int64_t>(j));
+      if (row[j] > kTruePairInliers) ids.push_back(static_cast<int64_t>(j));
     }
     std::stable_sort(ids.begin(), ids.end(), [&](int64_t a, int64_t b) { return row[a] > row[b]; });
     if (ids.size() > kTopN) ids.resize(kTopN);
@@ -152,12 +152,12 @@ struct Score {
   std::vector<double> recall{0, 0, 0, 0};  // of the reference, in the first 5, 10, 20, 30
 };
 
-Score Judge(const Method& method, const Reference& reference, size_t min_predecessors) {
+Score Judge(const Method& method, const Reference& reference) {
   static constexpr size_t kDepths[] = {5, 10, 20, 30};
   Score score;
   double hits = 0, possible = 0, returned = 0, true_pairs = 0, strong = 0, strong_found = 0;
   std::vector<double> found(4, 0);
-  for (size_t i = min_predecessors; i < method.rankings.size(); ++i) {
+  for (size_t i = kMinPredecessors; i < method.rankings.size(); ++i) {
     const Ranking& ranking = method.rankings[i];
     const Ranking& truth = reference.strongest[i];
     returned += kTopN;
@@ -180,9 +180,8 @@ Score Judge(const Method& method, const Reference& reference, size_t min_predece
   return score;
 }
 
-void Print(const Method& method, const Reference& reference, size_t min_predecessors,
-           double exact_precision) {
-  const Score s = Judge(method, reference, min_predecessors);
+void Print(const Method& method, const Reference& reference, double exact_precision) {
+  const Score s = Judge(method, reference);
   std::printf("  %-16s %6.2f %6.2f %8.4f  %.3f %.3f %.3f %.3f  %8.4f  %7.3f %7.3f\n",
               method.name.c_str(), 100 * s.precision, 100 * s.precision / s.attainable,
               s.precision / exact_precision, s.recall[0], s.recall[1], s.recall[2], s.recall[3],
@@ -261,11 +260,10 @@ Reference MatchAll(const StudySet& set, const Options& options) {
   auto inliers = MatchExhaustively(
       set, options.cache, [&](int64_t a, int64_t b) { Progress(set.name + ": reference", a, b); });
   if (!inliers) throw std::runtime_error(inliers.error());
-  return MakeReference(*inliers, options.min_inliers);
+  return MakeReference(*inliers);
 }
 
-void Study(const StudySet& set, const Described& described, const Reference& reference,
-           size_t first) {
+void Study(const StudySet& set, const Described& described, const Reference& reference) {
   const Vectors& vectors = described.vectors;
   std::printf("%s: %zu photos, %s of %d values, %.1f ms a photo\n", set.name.c_str(),
               set.photos.size(), described.model.c_str(), described.dim,
@@ -273,19 +271,18 @@ void Study(const StudySet& set, const Described& described, const Reference& ref
   std::printf("  %-16s %6s %6s %8s  %-23s  %8s  %7s %7s\n", "method", "P@30 %", "of max", "/exact",
               "recall @5 @10 @20 @30", "best ten", "mean ms", "p95 ms");
   const Method truth = RunExact(vectors);
-  const double exact_precision = Judge(truth, reference, first).precision;
-  Print(truth, reference, first, exact_precision);
+  const double exact_precision = Judge(truth, reference).precision;
+  Print(truth, reference, exact_precision);
   for (const Method& method : {RunTree(vectors), RunIndex("HNSW", vectors, {}, 0),
                                RunIndex("HNSW, restarted", vectors, {}, 0, vectors.size() / 2)}) {
-    Print(method, reference, first, exact_precision);
+    Print(method, reference, exact_precision);
   }
   HnswOptions exact;
   exact.exact = true;
   const Method expanded = RunIndex("exact, expanded", vectors, exact, kNumExpanding);
-  const double expanded_precision = Judge(expanded, reference, first).precision;
-  Print(expanded, reference, first, expanded_precision);
-  Print(RunIndex("HNSW, expanded", vectors, {}, kNumExpanding), reference, first,
-        expanded_precision);
+  const double expanded_precision = Judge(expanded, reference).precision;
+  Print(expanded, reference, expanded_precision);
+  Print(RunIndex("HNSW, expanded", vectors, {}, kNumExpanding), reference, expanded_precision);
 }
 
 Codebook CodebookFor(const StudySet& set, const std::vector<StudySet>& sets,
@@ -302,14 +299,13 @@ void Run(const Options& options) {
   for (auto& set : Load(options.train, options.cache)) sets.push_back(std::move(set));
   for (size_t i = 0; i < num_judged; ++i) {
     const StudySet& set = sets[i];
-    if (set.photos.size() <= options.min_predecessors) {
+    if (set.photos.size() <= kMinPredecessors) {
       throw std::invalid_argument(set.name + " has too few photos to be judged");
     }
     const Reference reference = MatchAll(set, options);
-    Study(set, DescribeByVlad(set, CodebookFor(set, sets, options)), reference,
-          options.min_predecessors);
+    Study(set, DescribeByVlad(set, CodebookFor(set, sets, options)), reference);
     for (const std::string& model : options.models) {
-      Study(set, DescribeByModel(set, model), reference, options.min_predecessors);
+      Study(set, DescribeByModel(set, model), reference);
     }
   }
 }
@@ -327,10 +323,6 @@ int main(int argc, char** argv) {
   app.add_option("--global-model", options.models,
                  "ONNX model to judge beside VLAD, with MODEL.json beside it where it needs one");
   app.add_option("--seed", options.training.seed, "Of the training")->capture_default_str();
-  app.add_option("--min-inliers", options.min_inliers, "A true pair has more")
-      ->capture_default_str();
-  app.add_option("--min-predecessors", options.min_predecessors, "A photo judged has as many")
-      ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   cv::setNumThreads(1);
   std::printf("commit %s\n", SKEIN_COMMIT);

@@ -25,14 +25,12 @@ namespace {
 
 constexpr int32_t kOverlapping = 50;
 constexpr size_t kStrongest = 10;
+constexpr int kNumShuffles = 3;  // random orders besides the names'
 
 struct Options {
   std::vector<std::string> sets;  // NAME=FOLDER
   std::string cache;
   std::string codebook = SKEIN_DATA_DIR "/vlad_codebook.bin";
-  size_t top_n = RetrievalOptions().top_n;
-  size_t num_expanding = RetrievalOptions().num_expanding;
-  int num_shuffles = 3;
   int num_workers = 1;
   bool second_look = true;
 };
@@ -182,7 +180,8 @@ bool IsWeak(const std::vector<int32_t>& inliers, const std::vector<int64_t>& mat
 }
 
 // Of each photo, as the service answers.
-std::vector<std::vector<int64_t>> Retrieve(const Session& session, const Options& options) {
+std::vector<std::vector<int64_t>> Retrieve(const Session& session) {
+  const RetrievalOptions options;
   HnswIndex index(session.vectors[0].size(), {});
   std::vector<std::vector<int64_t>> candidates(session.vectors.size());
   for (size_t i = 0; i < session.vectors.size(); ++i) {
@@ -197,7 +196,7 @@ std::vector<std::vector<int64_t>> Retrieve(const Session& session, const Options
 
 Score Replay(const Session& session, const Options& options) {
   Score score;
-  const auto candidates = Retrieve(session, options);
+  const auto candidates = Retrieve(session);
   const auto matched = Workers(session, candidates, options).Run();
   std::vector<std::vector<int64_t>> verified(matched.size());
   for (size_t i = 0; i < matched.size(); ++i) {
@@ -229,7 +228,7 @@ void Study(const StudySet& set, const VladModel& model, const InlierCounts& inli
            const Options& options) {
   std::vector<size_t> order(set.photos.size());
   std::iota(order.begin(), order.end(), 0);
-  for (int shuffle = 0; shuffle <= options.num_shuffles; ++shuffle) {
+  for (int shuffle = 0; shuffle <= kNumShuffles; ++shuffle) {
     const std::string name = shuffle == 0 ? "name" : "shuffle " + std::to_string(shuffle);
     std::printf("%s, %zu photos, order: %s\n", set.name.c_str(), order.size(), name.c_str());
     if (shuffle > 0) {
@@ -269,14 +268,8 @@ int main(int argc, char** argv) {
   app.add_option("--set", options.sets, "NAME=FOLDER of photos")->required();
   app.add_option("--cache", options.cache, "Folder for features and pairs")->required();
   app.add_option("--codebook", options.codebook, "VLAD codebook")->capture_default_str();
-  app.add_option("--shuffles", options.num_shuffles, "Random orders besides the names'")
-      ->capture_default_str();
   app.add_option("--workers", options.num_workers, "Photos at work at the same time")
       ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--top-n", options.top_n, "Candidates a photo, plain and second look")
-      ->capture_default_str();
-  app.add_option("--expand", options.num_expanding, "Photos that a query is expanded by")
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   std::printf("commit %s\n", SKEIN_COMMIT);

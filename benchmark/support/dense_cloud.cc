@@ -10,7 +10,9 @@ namespace skein {
 namespace {
 
 constexpr double kMinDegrees = 5, kMaxDegrees = 30;
-constexpr double kDepthStep = 1.25;  // ends of the search are powers of it
+constexpr size_t kNumNeighbours = 4;     // of a photo: those with most common points
+constexpr int kMinNeighbourPoints = 15;  // common ones
+constexpr double kDepthStep = 1.25;      // ends of the search are powers of it
 
 // common[i][j]: points of both photos, seen 5 to 30 degrees apart.
 std::vector<std::vector<int>> CountCommon(const GuidedMap& map) {
@@ -31,16 +33,14 @@ std::vector<std::vector<int>> CountCommon(const GuidedMap& map) {
   return common;
 }
 
-std::vector<int> BestNeighbours(const DenseOptions& options, const std::vector<int>& common) {
+std::vector<int> BestNeighbours(const std::vector<int>& common) {
   std::vector<int> neighbours;
   for (int i = 0; i < static_cast<int>(common.size()); ++i) {
-    if (common[i] >= options.min_common) neighbours.push_back(i);
+    if (common[i] >= kMinNeighbourPoints) neighbours.push_back(i);
   }
   std::stable_sort(neighbours.begin(), neighbours.end(),
                    [&](int a, int b) { return common[a] > common[b]; });
-  if (static_cast<int>(neighbours.size()) > options.num_neighbours) {
-    neighbours.resize(options.num_neighbours);
-  }
+  if (neighbours.size() > kNumNeighbours) neighbours.resize(kNumNeighbours);
   std::sort(neighbours.begin(), neighbours.end());
   return neighbours;
 }
@@ -87,7 +87,7 @@ std::vector<SweepPhoto> DenseCloud::PhotosOf(const PoolMap& map, std::vector<Key
       const double far = std::max(near, 1.25 * percentile(depths[i], 99));
       near_step = static_cast<int>(std::floor(std::log(near) / std::log(kDepthStep)));
       far_step = static_cast<int>(std::ceil(std::log(far) / std::log(kDepthStep))) + 1;
-      photo.neighbours = BestNeighbours(options_, common[i]);
+      photo.neighbours = BestNeighbours(common[i]);
     }
     photo.near = std::pow(kDepthStep, near_step);
     photo.far = std::pow(kDepthStep, far_step);
@@ -104,13 +104,13 @@ std::vector<Eigen::Vector3d> DenseCloud::Make(const PoolMap& map) {
   std::vector<Key> keys;
   const std::vector<SweepPhoto> photos = PhotosOf(map, &keys);
   std::vector<cv::Mat1f> depths(photos.size());
-  sim::ParallelFor(static_cast<int>(photos.size()), options_.threads, [&](int i) {
+  sim::ParallelFor(static_cast<int>(photos.size()), threads_, [&](int i) {
     const auto known = depths_.find(keys[i]);
-    depths[i] = known != depths_.end() ? known->second : SweepDepth(options_.sweep, photos, i);
+    depths[i] = known != depths_.end() ? known->second : SweepDepth(photos, i);
   });
   std::vector<std::vector<Eigen::Vector3d>> points(photos.size());
-  sim::ParallelFor(static_cast<int>(photos.size()), options_.threads, [&](int i) {
-    points[i] = ConsistentPoints(options_.sweep, photos, depths, i, LinkedPhotos(photos, i));
+  sim::ParallelFor(static_cast<int>(photos.size()), threads_, [&](int i) {
+    points[i] = ConsistentPoints(photos, depths, i, LinkedPhotos(photos, i));
   });
   std::vector<Eigen::Vector3d> all;
   for (size_t i = 0; i < photos.size(); ++i) {

@@ -12,17 +12,10 @@
 
 namespace skein {
 
-struct DenseOptions {
-  SweepOptions sweep;
-  int num_neighbours = 4;  // of a photo: those with most common points seen 5 to 30 degrees apart
-  int min_common = 15;     // such points of a neighbour
-  int threads = 1;
-};
-
 // Keeps the depth maps that it has made: a photo that got no new neighbour needs no new one.
 class DenseCloud {
  public:
-  DenseCloud(const DenseOptions& options, const PhotoPool& pool) : options_(options), pool_(pool) {}
+  DenseCloud(const PhotoPool& pool, int threads) : pool_(pool), threads_(threads) {}
 
   // World points.
   std::vector<Eigen::Vector3d> Make(const PoolMap& map);
@@ -32,8 +25,8 @@ class DenseCloud {
 
   std::vector<SweepPhoto> PhotosOf(const PoolMap& map, std::vector<Key>* keys) const;
 
-  const DenseOptions options_;
   const PhotoPool& pool_;
+  const int threads_;
   std::map<Key, cv::Mat1f> depths_;
 };
 

@@ -8,10 +8,19 @@
 #include <optional>
 #include <stdexcept>
 
-#include "core/option_check.h"
-
 namespace skein {
 namespace {
+
+// Fixed: the measure of one capture compares with that of another.
+constexpr int kWindowPx = 7;        // odd
+constexpr double kPlaneStepPx = 1;  // between planes, in the neighbour where it is largest
+constexpr int kMinPlanes = 8, kMaxPlanes = 120;
+constexpr double kMinZncc = 0.6;
+constexpr double kMinContrast = 1.5;  // standard deviation of the reference's window, grey levels
+constexpr int kMinAgreeing = 2;       // depth maps of other photos that keep a point
+constexpr double kMaxReprojectionPx = 1;
+constexpr double kMaxDepthDifference = 0.01;  // part of the depth
+constexpr int kStridePx = 2;
 
 constexpr float kMiddleGrey = 128;
 constexpr float kOutside = -kMiddleGrey - 1;  // what a warped photo has where it shows nothing
@@ -57,7 +66,7 @@ double SearchLengthPx(const SweepPhoto& reference, const SweepPhoto& other,
   return (near.hnormalized() - far.hnormalized()).norm();
 }
 
-int NumPlanes(const SweepOptions& options, const std::vector<SweepPhoto>& photos, int reference) {
+int NumPlanes(const std::vector<SweepPhoto>& photos, int reference) {
   const SweepPhoto& photo = photos[reference];
   double longest = 0;
   for (const int other : photo.neighbours) {
@@ -68,7 +77,7 @@ int NumPlanes(const SweepOptions& options, const std::vector<SweepPhoto>& photos
       }
     }
   }
-  return std::clamp(static_cast<int>(longest / options.plane_step_px) + 2, 8, options.max_planes);
+  return std::clamp(static_cast<int>(longest / kPlaneStepPx) + 2, kMinPlanes, kMaxPlanes);
 }
 
 // A photo with the means and deviations of its windows. Grey levels are taken from the middle one,
@@ -203,15 +212,15 @@ void Correlate(const Windows& reference, const cv::Mat1f& other, int window_px, 
 }
 
 // Mean over the better half of the neighbours.
-cv::Mat1f ScorePlane(const SweepOptions& options, const std::vector<SweepPhoto>& photos,
-                     int reference, const Windows& windows, double inverse_depth) {
+cv::Mat1f ScorePlane(const std::vector<SweepPhoto>& photos, int reference, const Windows& windows,
+                     double inverse_depth) {
   const SweepPhoto& photo = photos[reference];
   std::vector<cv::Mat1f> best((photo.neighbours.size() + 1) / 2);  // descending at each pixel
   for (cv::Mat1f& b : best) b = cv::Mat1f(photo.grey.size(), kNoScore);
   cv::Mat1f warped(photo.grey.size()), score(photo.grey.size());
   for (const int other : photo.neighbours) {
     Warp(photos[other].grey, HomographyOfPlane(photo, photos[other], inverse_depth), &warped);
-    Correlate(windows, warped, options.window_px, &score);
+    Correlate(windows, warped, kWindowPx, &score);
     for (cv::Mat1f& b : best) {
       const cv::Mat1f higher = cv::max(b, score);
       score = cv::min(b, score);
@@ -276,8 +285,8 @@ Eigen::Vector2d PixelOf(const SweepPhoto& photo, const Eigen::Vector3d& in_camer
   return photo.focal_px * in_camera.hnormalized() + photo.principal_point;
 }
 
-bool Agrees(const SweepOptions& options, const SweepPhoto& reference, const Eigen::Vector2d& pixel,
-            const Eigen::Vector3d& point, const SweepPhoto& other, const cv::Mat1f& depths) {
+bool Agrees(const SweepPhoto& reference, const Eigen::Vector2d& pixel, const Eigen::Vector3d& point,
+            const SweepPhoto& other, const cv::Mat1f& depths) {
   if (depths.empty()) return false;
   const Eigen::Vector3d in_other = other.cam_from_world.Apply(point);
   if (in_other.z() <= 0) return false;
@@ -286,47 +295,32 @@ bool Agrees(const SweepOptions& options, const SweepPhoto& reference, const Eige
             y = static_cast<int>(std::floor(there.y()));
   if (x < 0 || y < 0 || x >= depths.cols || y >= depths.rows) return false;
   const double depth = depths(y, x);
-  if (std::abs(depth - in_other.z()) > options.max_depth_difference * in_other.z()) return false;
+  if (std::abs(depth - in_other.z()) > kMaxDepthDifference * in_other.z()) return false;
   const Eigen::Vector3d back = reference.cam_from_world.Apply(WorldPoint(other, there, depth));
-  return back.z() > 0 && (PixelOf(reference, back) - pixel).norm() <= options.max_reprojection_px;
+  return back.z() > 0 && (PixelOf(reference, back) - pixel).norm() <= kMaxReprojectionPx;
 }
 
 }  // namespace
 
-Status SweepOptions::Check() const {
-  return FirstError({InRange("window_px", window_px, 3, 31),
-                     InRange("window_px's remainder by 2", window_px % 2, 1, 1),
-                     InRange("plane_step_px", plane_step_px, 0.1, 10.0),
-                     InRange("max_planes", max_planes, 8, 10000),
-                     InRange("min_zncc", min_zncc, -1.0, 1.0),
-                     InRange("min_contrast", min_contrast, 0.0, 128.0),
-                     InRange("min_agreeing", min_agreeing, 0, 100),
-                     InRange("max_reprojection_px", max_reprojection_px, 0.0, 100.0),
-                     InRange("max_depth_difference", max_depth_difference, 0.0, 1.0),
-                     InRange("stride_px", stride_px, 1, 100)});
-}
-
-cv::Mat1f SweepDepth(const SweepOptions& options, const std::vector<SweepPhoto>& photos,
-                     int reference) {
-  ThrowUnlessSound(options.Check());
+cv::Mat1f SweepDepth(const std::vector<SweepPhoto>& photos, int reference) {
   const SweepPhoto& photo = photos[reference];
   cv::Mat1f depths(photo.grey.size(), 0.0f);
   if (photo.neighbours.empty()) return depths;
   if (!(photo.near > 0 && photo.near < photo.far)) {
     throw std::invalid_argument("plane sweep: give depths 0 < near < far");
   }
-  const Windows windows = MakeWindows(photo.grey, options.window_px);
-  const int num_planes = NumPlanes(options, photos, reference);
+  const Windows windows = MakeWindows(photo.grey, kWindowPx);
+  const int num_planes = NumPlanes(photos, reference);
   const double step = (1 / photo.near - 1 / photo.far) / (num_planes - 1);
   const auto inverse_depth = [&](double plane) { return 1 / photo.far + plane * step; };
   Winners winners(photo.grey.size());
   for (int i = 0; i < num_planes; ++i) {
-    winners.Add(i, ScorePlane(options, photos, reference, windows, inverse_depth(i)));
+    winners.Add(i, ScorePlane(photos, reference, windows, inverse_depth(i)));
   }
   for (int y = 0; y < depths.rows; ++y) {
     for (int x = 0; x < depths.cols; ++x) {
-      if (winners.Score(x, y) < options.min_zncc) continue;
-      if (windows.deviation(y, x) < options.min_contrast) continue;
+      if (winners.Score(x, y) < kMinZncc) continue;
+      if (windows.deviation(y, x) < kMinContrast) continue;
       const std::optional<double> plane = winners.Plane(x, y);
       if (plane) depths(y, x) = static_cast<float>(1 / inverse_depth(*plane));
     }
@@ -334,23 +328,21 @@ cv::Mat1f SweepDepth(const SweepOptions& options, const std::vector<SweepPhoto>&
   return depths;
 }
 
-std::vector<Eigen::Vector3d> ConsistentPoints(const SweepOptions& options,
-                                              const std::vector<SweepPhoto>& photos,
+std::vector<Eigen::Vector3d> ConsistentPoints(const std::vector<SweepPhoto>& photos,
                                               const std::vector<cv::Mat1f>& depths, int reference,
                                               const std::vector<int>& others) {
-  ThrowUnlessSound(options.Check());
   std::vector<Eigen::Vector3d> points;
   const SweepPhoto& photo = photos[reference];
   const cv::Mat1f& of_reference = depths[reference];
-  for (int y = 0; y < of_reference.rows; y += options.stride_px) {
-    for (int x = 0; x < of_reference.cols; x += options.stride_px) {
+  for (int y = 0; y < of_reference.rows; y += kStridePx) {
+    for (int x = 0; x < of_reference.cols; x += kStridePx) {
       if (of_reference(y, x) <= 0) continue;
       const Eigen::Vector2d pixel(x + 0.5, y + 0.5);
       const Eigen::Vector3d point = WorldPoint(photo, pixel, of_reference(y, x));
       const auto agreeing = std::count_if(others.begin(), others.end(), [&](int other) {
-        return Agrees(options, photo, pixel, point, photos[other], depths[other]);
+        return Agrees(photo, pixel, point, photos[other], depths[other]);
       });
-      if (agreeing >= options.min_agreeing) points.push_back(point);
+      if (agreeing >= kMinAgreeing) points.push_back(point);
     }
   }
   return points;

@@ -10,25 +10,9 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "core/result.h"
 #include "geometry/sim3_similarity.h"
 
 namespace skein {
-
-struct SweepOptions {
-  int window_px = 7;         // odd
-  double plane_step_px = 1;  // between planes, in the neighbour where it is largest
-  int max_planes = 120;
-  double min_zncc = 0.6;
-  double min_contrast = 1.5;  // standard deviation of the reference's window, grey levels
-  // A point stays where this many depth maps of other photos agree with it.
-  int min_agreeing = 2;
-  double max_reprojection_px = 1;
-  double max_depth_difference = 0.01;  // part of the depth
-  int stride_px = 2;                   // a point is tried at every so many pixels, both ways
-
-  Status Check() const;
-};
 
 // A photo of a pinhole camera. The centre of the upper left pixel is (0.5, 0.5).
 struct SweepPhoto {
@@ -40,15 +24,14 @@ struct SweepPhoto {
   std::vector<int> neighbours;  // to match with: indices of photos
 };
 
-// Depth of each pixel, 0 where none was found. Throws std::invalid_argument for options or depths
-// that are not sound.
-cv::Mat1f SweepDepth(const SweepOptions& options, const std::vector<SweepPhoto>& photos,
-                     int reference);
+// Depth of each pixel, 0 where none was found. Throws std::invalid_argument for depths that are not
+// sound.
+cv::Mat1f SweepDepth(const std::vector<SweepPhoto>& photos, int reference);
 
-// World points of the reference's depth map that enough depth maps of `others` agree with. `depths`
-// is in the order of `photos`; one that is empty agrees with nothing.
-std::vector<Eigen::Vector3d> ConsistentPoints(const SweepOptions& options,
-                                              const std::vector<SweepPhoto>& photos,
+// World points of the reference's depth map that two depth maps of `others` agree with, tried at
+// every second pixel both ways. `depths` is in the order of `photos`; one that is empty agrees with
+// nothing.
+std::vector<Eigen::Vector3d> ConsistentPoints(const std::vector<SweepPhoto>& photos,
                                               const std::vector<cv::Mat1f>& depths, int reference,
                                               const std::vector<int>& others);
 

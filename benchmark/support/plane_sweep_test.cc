@@ -54,12 +54,11 @@ std::vector<SweepPhoto> TakePhotos(const sim::Place& place) {
 }
 
 std::vector<Eigen::Vector3d> PointsOfAll(const std::vector<SweepPhoto>& photos) {
-  const SweepOptions options;
   std::vector<cv::Mat1f> depths;
-  for (int i = 0; i < 5; ++i) depths.push_back(SweepDepth(options, photos, i));
+  for (int i = 0; i < 5; ++i) depths.push_back(SweepDepth(photos, i));
   std::vector<Eigen::Vector3d> points;
   for (int i = 0; i < 5; ++i) {
-    for (const auto& p : ConsistentPoints(options, photos, depths, i, photos[i].neighbours)) {
+    for (const auto& p : ConsistentPoints(photos, depths, i, photos[i].neighbours)) {
       points.push_back(p);
     }
   }
@@ -89,26 +88,22 @@ TEST(PlaneSweep, ASurfaceWithoutTextureGivesNoPoints) {
 
 TEST(PlaneSweep, OneDepthMapAloneGivesNoPoints) {
   std::vector<SweepPhoto> photos = TakePhotos(WallAndPlate(Speckled(7)));
-  const SweepOptions options;
   std::vector<cv::Mat1f> depths(5);
-  depths[2] = SweepDepth(options, photos, 2);
+  depths[2] = SweepDepth(photos, 2);
   ASSERT_GT(cv::countNonZero(depths[2]), 10000);
-  EXPECT_TRUE(ConsistentPoints(options, photos, depths, 2, photos[2].neighbours).empty());
+  EXPECT_TRUE(ConsistentPoints(photos, depths, 2, photos[2].neighbours).empty());
 }
 
 TEST(PlaneSweep, APhotoWithoutNeighboursHasNoDepth) {
   std::vector<SweepPhoto> photos = TakePhotos(WallAndPlate(Speckled(7)));
   photos[0].neighbours.clear();
-  EXPECT_EQ(cv::countNonZero(SweepDepth({}, photos, 0)), 0);
+  EXPECT_EQ(cv::countNonZero(SweepDepth(photos, 0)), 0);
 }
 
 TEST(PlaneSweep, RefusesDepthsThatAreNotSound) {
   std::vector<SweepPhoto> photos = TakePhotos(WallAndPlate(Speckled(7)));
   photos[0].far = photos[0].near;
-  EXPECT_THROW(SweepDepth({}, photos, 0), std::invalid_argument);
-  SweepOptions even;
-  even.window_px = 8;
-  EXPECT_THROW(SweepDepth(even, photos, 1), std::invalid_argument);
+  EXPECT_THROW(SweepDepth(photos, 0), std::invalid_argument);
 }
 
 }  // namespace skein::plane_sweep_test

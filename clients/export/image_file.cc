@@ -2,12 +2,12 @@
 
 #include <opencv2/imgcodecs.hpp>
 
+#include "codecs/photo_encoding.h"
 #include "core/file.h"
 
 namespace skein {
 
 Status WriteImage(const cv::Mat& image, const std::filesystem::path& path) {
-  constexpr int kJpegQuality = 95;
   Bytes encoded;
   if (!cv::imencode(path.extension().string(), image, encoded,
                     {cv::IMWRITE_JPEG_QUALITY, kJpegQuality})) {

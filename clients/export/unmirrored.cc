@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "blobs/blob_store.h"
+#include "codecs/photo_encoding.h"
 #include "core/file_below.h"
 #include "core/folder.h"
 #include "ledger/facts.h"
@@ -16,8 +17,6 @@ namespace skein {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kJpegQuality = 95;
 
 Result<std::vector<skein::image_t>> MirroredPhotos(const SessionPaths& paths) {
   const Result<std::unique_ptr<Ledger>> ledger = Ledger::OpenReadOnly(paths.Ledger());

@@ -42,7 +42,7 @@ struct ScaleOptions {
   double target_s = 60;
   int cores = 1;
   std::string expires = "12h";
-  WorkerPool::Options pool;
+  double idle_after_s = WorkerPool::kIdleAfterS;
   std::vector<std::string> job_options;
   std::vector<std::string> launch_options;
 };
@@ -70,7 +70,7 @@ std::optional<int> ParseScaleOptions(int argc, char** argv, ScaleOptions* option
       ->check(CLI::Range(1.0, 1e6));
   app.add_option("--cores", options->cores, "Cores of a worker (default 1)")
       ->check(CLI::Range(1, 1024));
-  app.add_option("--idle-after", options->pool.shrink_after_s,
+  app.add_option("--idle-after", options->idle_after_s,
                  "Seconds after which spare workers leave (default 60)")
       ->check(CLI::Range(1.0, 1e6));
   app.add_option(
@@ -123,7 +123,7 @@ class Scaler {
         session_(std::move(session)),
         url_(url),
         options_(options),
-        pool_(options.pool),
+        pool_(options.idle_after_s),
         ingest_(node),
         engine_(node.loop(), OpenEngine(options.engine)),
         follower_(node, 1, [this](const Fact& fact) { OnFact(fact); }) {

@@ -9,7 +9,11 @@
 namespace skein {
 namespace {
 
-constexpr double kListedWithinS = 15;  // a job that was submitted
+constexpr double kGrowAfterS = 5;  // for so long more workers are wanted than there are
+// A running worker that falls silent is given up; one never heard after twice that.
+constexpr double kSilentS = 60;
+constexpr double kQueuePatienceS = 120;  // a job that waits for so long is told
+constexpr double kListedWithinS = 15;    // a job that was submitted
 constexpr double kFirstDelayS = 10, kLongestDelayS = 300;
 constexpr int kMostDoublings = 5;
 // A worker that starts so late would hardly have begun.
@@ -102,10 +106,10 @@ void WorkerPool::GiveUp(const PoolTime& now, Plan* plan) {
                             : "its invitation ended while it waited in the queue",
             plan);
     } else if (life.is_running && life.heard_s < 0) {
-      if (now.monotonic_s - life.ran_s <= 2 * options_.silent_s) continue;
+      if (now.monotonic_s - life.ran_s <= 2 * kSilentS) continue;
       NoteUnheard(now.monotonic_s);
       Leave(name, "it runs and was never heard: does its node reach the session?", plan);
-    } else if (life.is_running && now.monotonic_s - life.heard_s > options_.silent_s) {
+    } else if (life.is_running && now.monotonic_s - life.heard_s > kSilentS) {
       Leave(name, "it is silent: its node may be down", plan);
     }
   }
@@ -129,7 +133,7 @@ void WorkerPool::Grow(int num_missing, double now_s, Plan* plan) {
     return;
   }
   if (short_since_s_ < 0) short_since_s_ = now_s;
-  if (now_s - short_since_s_ >= options_.grow_after_s && now_s >= not_before_s_) {
+  if (now_s - short_since_s_ >= kGrowAfterS && now_s >= not_before_s_) {
     plan->num_new = num_missing;
   }
 }
@@ -140,7 +144,7 @@ void WorkerPool::Shrink(int num_spare, double now_s, Plan* plan) {
     return;
   }
   if (spare_since_s_ < 0) spare_since_s_ = now_s;
-  if (now_s - spare_since_s_ < options_.shrink_after_s) return;
+  if (now_s - spare_since_s_ < idle_after_s_) return;
   std::vector<std::tuple<bool, int64_t, std::string>> kept;
   for (const auto& [name, life] : lives_) {
     if (!life.is_leaving) kept.emplace_back(life.is_running, life.backlog, name);
@@ -200,7 +204,7 @@ void WorkerPool::Count(double now_s) {
     if (waits && (oldest == nullptr || life.since_s < oldest->since_s)) oldest = &life;
   }
   problem_ = refusal_;
-  if (oldest != nullptr && !is_heard && now_s - oldest->since_s > options_.patience_s) {
+  if (oldest != nullptr && !is_heard && now_s - oldest->since_s > kQueuePatienceS) {
     problem_ = "worker jobs wait in the queue and none starts (" + oldest->reason + ")";
   } else if (num_unheard_ > 1 && !is_heard) {
     problem_ = "worker jobs start and are not heard; their logs tell why";

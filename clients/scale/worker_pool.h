@@ -38,20 +38,16 @@ struct PoolTime {
 // pool that is made anew goes on with the workers that there are.
 class WorkerPool {
  public:
-  struct Options {
-    double grow_after_s = 5;     // for so long more workers are wanted than there are
-    double shrink_after_s = 60;  // for so long fewer are wanted
-    // A running worker that falls silent is given up; one never heard after twice that.
-    double silent_s = 60;
-    double patience_s = 120;  // a job that waits for so long is told
-  };
+  static constexpr double kIdleAfterS = 60;
+
   struct Plan {
     int num_new = 0;
     std::vector<std::string> leaving;
     std::vector<std::string> told;  // lines for a person
   };
 
-  explicit WorkerPool(const Options& options) : options_(options) {}
+  // Spare workers leave once fewer are wanted for `idle_after_s`.
+  explicit WorkerPool(double idle_after_s = kIdleAfterS) : idle_after_s_(idle_after_s) {}
 
   // At each listing. Expired, silent and spare workers leave; of spare ones first those that wait,
   // then those with the least in work.
@@ -95,7 +91,7 @@ class WorkerPool {
   void NoteFailure(double now_s);
   void Count(double now_s);
 
-  const Options options_;
+  const double idle_after_s_;
   std::map<std::string, Life> lives_;
   int num_running_ = 0;
   int num_waiting_ = 0;

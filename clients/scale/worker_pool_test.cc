@@ -34,7 +34,7 @@ class WorkerPoolTest : public testing::Test {
     heard_[name] = {now_.monotonic_s, backlog};
   }
 
-  WorkerPool pool_{{}};
+  WorkerPool pool_;
   PoolTime now_{1000, kExpiry - 40'000};
   std::vector<WorkerJob> jobs_;
   HeardWorkers heard_;

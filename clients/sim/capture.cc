@@ -67,9 +67,8 @@ void TakeStill(const SimOptions& options, int agent, const Camera& camera, Rando
   capture->camera = agent;
   capture->exposure.gain = random->Uniform(0.8, 1.2);
   capture->exposure.seed = random->Next();
-  capture->quality = options.quality;
   const double sensor_px = std::max(camera.width, camera.height);
-  if (options.exif) capture->exif = MakeExif(options, camera, *capture, sensor_px, random);
+  capture->exif = MakeExif(options, camera, *capture, sensor_px, random);
 }
 
 void TakeTouristPhoto(const SimOptions& options, const Place& place, Random* random,
@@ -79,8 +78,8 @@ void TakeTouristPhoto(const SimOptions& options, const Place& place, Random* ran
   plan->cameras.push_back(tourist.camera);
   capture->exposure = TouristExposure(random);
   capture->moving = PassersBy(capture->shot.pose, place.paint, place.cloth, random);
-  capture->quality = std::min(options.quality, random->Int(55, 95));
-  if (options.exif && random->Chance(0.5)) {
+  capture->quality = random->Int(55, kJpegQuality);
+  if (random->Chance(0.5)) {
     capture->exif = MakeExif(options, tourist.camera, *capture, tourist.sensor_px, random);
   }
 }
@@ -121,7 +120,7 @@ void FilmVideos(const SimOptions& options, const Place& place, const std::vector
     for (size_t i = 0; i < gains.size(); ++i) {
       Capture& frame = plan->captures[i * agents + agent];
       frame.shutter = {kVideoExposureS, kVideoReadoutS};
-      frame.quality = std::min(options.quality, kVideoQuality);
+      frame.quality = kVideoQuality;
       ExposeVideo(gains[i], &random, &frame.exposure);
     }
   }

@@ -19,8 +19,6 @@ struct SimOptions {
   int width = 1280, height = 960;
   double focal_px = 0;  // 0: 0.86 of the width
   double distortion = -0.05;
-  int quality = 95;
-  bool exif = true;
   bool gps = false;
   int threads = 1;
 };
@@ -33,7 +31,7 @@ struct Capture {
   Exposure exposure;
   std::vector<Surface> moving;  // in this photo alone
   std::optional<ExifInfo> exif;
-  int quality = 95;
+  int quality = kJpegQuality;
 };
 
 struct CapturePlan {

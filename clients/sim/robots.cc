@@ -11,6 +11,8 @@ namespace skein::sim {
 namespace {
 
 constexpr double kTickS = 0.2;
+// Without advice on its last photo for so long, a robot follows earlier advice.
+constexpr double kPatienceS = 15;
 constexpr double kClearanceM = 0.5;
 // Two viewpoints are one if both differences are smaller.
 constexpr double kSameM = 0.3, kSameRad = 0.15;
@@ -63,7 +65,7 @@ Robots::~Robots() {
 
 bool Robots::done() const {
   return std::all_of(robots_.begin(), robots_.end(), [this](const Robot& robot) {
-    const bool given_up = node_.loop().now_s() - robot.taken_s > 4 * options_.patience_s;
+    const bool given_up = node_.loop().now_s() - robot.taken_s > 4 * kPatienceS;
     return robot.is_done && (LastImage(robot) != 0 || given_up);
   });
 }
@@ -109,8 +111,8 @@ void Robots::Move(Robot* robot) {
   }
   if (robot->num_taken >= options_.max_photos) return end("as many as it may take");
   const double waited_s = node_.loop().now_s() - robot->taken_s;
-  if (!robot->advice || (!IsSettled(*robot) && waited_s < options_.patience_s)) {
-    if (waited_s > 4 * options_.patience_s) end("nobody advises it");
+  if (!robot->advice || (!IsSettled(*robot) && waited_s < kPatienceS)) {
+    if (waited_s > 4 * kPatienceS) end("nobody advises it");
     return;
   }
   const auto guidance = guidance_.find(robot->advice->submap_id);
@@ -118,7 +120,7 @@ void Robots::Move(Robot* robot) {
     return end("the place is complete: " + guidance->second.place.sentence);
   }
   // Advice on the same photo may still change: the map is adjusted.
-  if (!FollowAdvice(robot) && waited_s > options_.patience_s) {
+  if (!FollowAdvice(robot) && waited_s > kPatienceS) {
     end("nothing is left that it can reach");
   }
 }

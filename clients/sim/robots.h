@@ -18,10 +18,8 @@
 namespace skein::sim {
 
 struct RobotOptions {
-  int first_photos = 5;    // of its walk, before it follows advice
-  int max_photos = 100;    // of each robot
-  double patience_s = 15;  // without advice on its last photo for so long, a robot follows earlier
-                           // advice
+  int first_photos = 5;  // of its walk, before it follows advice
+  int max_photos = 100;  // of each robot
 };
 
 // A photo is to be rendered and handed to its agent.

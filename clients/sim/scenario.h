@@ -45,9 +45,9 @@ struct ScenarioOptions {
   int agents = 3;
   int photos = 20;  // of each agent
   uint64_t seed = 1;
-  double capture_interval_s = 3;
 
-  double IntervalS() const { return scenario == Scenario::kVideo ? 0.1 : capture_interval_s; }
+  // Between two photos of an agent.
+  double IntervalS() const { return scenario == Scenario::kVideo ? 0.1 : 3; }
 };
 
 // Hand-held: centre and view direction jitter (except across the line of kCorridor). Cameras move

@@ -117,7 +117,6 @@ void AddRenderOptions(CLI::App* app, SimCommand* command) {
   app->add_option("--distortion", options.distortion, "k of COLMAP's SIMPLE_RADIAL")
       ->check(CLI::Range(-0.15, 0.15))
       ->capture_default_str();
-  app->add_flag("!--no-exif", options.exif, "Leave the EXIF out");
   app->add_flag("--gps", options.gps, "Put a GPS position (2 m noise) into the EXIF");
   app->add_option("--threads", options.threads, "Photos rendered at a time")
       ->check(CLI::Range(1, 256));

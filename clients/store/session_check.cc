@@ -13,6 +13,7 @@
 #include "core/file.h"
 #include "core/file_below.h"
 #include "core/folder.h"
+#include "core/hash.h"
 #include "ledger/ledger_record.h"
 #include "ledger/write_ahead_log.h"
 #include "session/needed_blobs.h"
@@ -218,7 +219,6 @@ class Checker {
   void CheckRetrieval() {
     for (const fs::path& file : FilesUnder(paths_.Retrieval())) {
       if (IsTemporaryName(file.filename().string())) continue;
-      constexpr size_t kHashSize = 64;
       const Result<std::string> hash =
           RequireDescriptors(HashFileBelow(paths_.root, file, kHashSize));
       if (!hash.ok() || *hash != LastBytes(file, kHashSize))

@@ -14,7 +14,6 @@
 namespace skein {
 namespace {
 
-constexpr int kJpegQuality = 95;
 constexpr double kBatchS = 0.3;
 constexpr double kRetryS = 2;
 

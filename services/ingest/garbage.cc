@@ -16,6 +16,13 @@ namespace skein {
 
 namespace fs = std::filesystem;
 
+namespace {
+
+// Of a file that may go, since it was written.
+constexpr std::chrono::minutes kMinGarbageAge{10};
+
+}  // namespace
+
 std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type before) {
   std::vector<fs::path> files;
   for (const fs::path& file : FilesUnder(dir)) {
@@ -27,11 +34,11 @@ std::vector<fs::path> FilesWrittenBefore(const fs::path& dir, fs::file_time_type
 }
 
 GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths,
-                                   GarbageTimes times)
+                                   double period_s)
     : writer_(writer),
       paths_(std::move(paths)),
-      times_(times),
-      next_s_(node.loop().now_s() + times.period_s),
+      period_s_(period_s),
+      next_s_(node.loop().now_s() + period_s),
       worker_(node.loop()) {
   writer.AddObserver([this](const Fact& fact) {
     const auto* model = std::get_if<submap_model_t>(&fact);
@@ -41,12 +48,10 @@ GarbageCollector::GarbageCollector(Node& node, LedgerWriter& writer, SessionPath
 
 void GarbageCollector::Tick(double now_s) {
   if (now_s < next_s_) return;
-  next_s_ = now_s + times_.period_s;
-  const auto min_age = std::chrono::duration_cast<fs::file_time_type::duration>(
-      std::chrono::duration<double>(times_.min_age_s));
+  next_s_ = now_s + period_s_;
   worker_.Run(
-      [paths = paths_, min_age] {
-        return FilesWrittenBefore(paths.Blobs(), fs::file_time_type::clock::now() - min_age);
+      [paths = paths_] {
+        return FilesWrittenBefore(paths.Blobs(), fs::file_time_type::clock::now() - kMinGarbageAge);
       },
       [this](const std::vector<fs::path>& old_files) { Remove(old_files); });
 }

@@ -14,12 +14,6 @@
 
 namespace skein {
 
-// Only tests have shorter ones.
-struct GarbageTimes {
-  double period_s = 60;    // between two looks
-  double min_age_s = 600;  // of a file that may go, since it was written
-};
-
 // Removes what the session no longer needs from blobs/: models that a newer one
 // supersedes, blobs that no fact names, temporary files of processes that died. A blob is stored
 // before the fact that names it, so only files of a certain age go. If a fact names one that went
@@ -28,7 +22,8 @@ struct GarbageTimes {
 // thread only.
 class GarbageCollector {
  public:
-  GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths, GarbageTimes times);
+  // period_s: between two looks.
+  GarbageCollector(Node& node, LedgerWriter& writer, SessionPaths paths, double period_s);
 
   // Collects now and then; never during a finish, whose models are being read.
   void Tick(double now_s);
@@ -40,7 +35,7 @@ class GarbageCollector {
 
   const LedgerWriter& writer_;
   const SessionPaths paths_;
-  const GarbageTimes times_;
+  const double period_s_;
   double next_s_;
   // Models that facts have named since the start; true: not needed at the last look.
   std::map<std::string, bool> models_;

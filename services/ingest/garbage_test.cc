@@ -20,8 +20,7 @@ namespace fs = std::filesystem;
 class GarbageTest : public IngestServiceTest {
  protected:
   GarbageTest() {
-    options_.garbage.period_s = 0.05;
-    options_.garbage.min_age_s = 3600;
+    options_.garbage_period_s = 0.05;
     Restart();
   }
 

@@ -2,7 +2,6 @@
 
 #include "core/result.h"
 #include "ingest/finish_driver.h"
-#include "ingest/garbage.h"
 #include "ingest/photo_intake.h"
 #include "node/service_options.h"
 
@@ -15,7 +14,7 @@ namespace skein {
 struct IngestOptions {
   IntakeOptions intake;
   FinishOptions finish;
-  GarbageTimes garbage;
+  double garbage_period_s = 60;  // between two looks for garbage; only tests have a shorter one
 
   Status Check() const;
 };

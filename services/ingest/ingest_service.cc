@@ -36,7 +36,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
           node, writer_, PathsOf(node), options.finish,
           {[this] { return intake_.num_pending(); }, [this] { return intake_.num_duplicates(); },
            [this] { return work_.HasIdleMapper(); }}),
-      garbage_(node, writer_, PathsOf(node), options.garbage),
+      garbage_(node, writer_, PathsOf(node), options.garbage_period_s),
       diagnoses_(writer_.state(), node.session_id(), [&node](const photo_diagnosis_t& message) {
         node.bus().Publish(kPhotoDiagnosisChannel, message);
       }) {

@@ -177,7 +177,7 @@ void Relay::PauseAccepting(Listener* listener) {
 // Drops a silent client where a limit is reached. An address can so push out its own first.
 bool Relay::HasRoomFor(uint32_t address) {
   const auto count = num_of_address_.find(address);
-  if (count != num_of_address_.end() && count->second >= options_.max_clients_of_address &&
+  if (count != num_of_address_.end() && count->second >= options_.max_clients / 2 &&
       !DropIdle(&address, "its address has too many connections, and it is silent")) {
     return false;
   }

@@ -29,7 +29,6 @@ namespace skein {
 
 // Memory of a relay for its clients' messages.
 struct RelayMemory {
-  size_t max_queued_bytes = 8 << 20;       // for one client
   size_t max_unfinished_bytes = 32 << 20;  // of all clients' messages that are not whole
   size_t max_held_bytes = 256 << 20;       // in all queues
 };
@@ -38,8 +37,7 @@ struct RelayOptions {
   int port = 0;           // 0: any, see Relay::port()
   bool loopback = false;  // not reached from other hosts
   RelayMemory memory = {};
-  int max_clients = 512;  // connections
-  int max_clients_of_address = 256;
+  int max_clients = 512;  // connections, half of them from one address at most
   // Rate of one client's messages, and their number at once, if a guard checks their signatures.
   // Beyond the rate the relay reads the client later, so that its connection fills up: nothing is
   // lost.
@@ -87,12 +85,13 @@ class Relay {
     bool is_watch = false;
     PollLoop::TimerId pause = 0;  // until then nobody is accepted
   };
+  static constexpr size_t kMaxQueuedBytes = 8 << 20;  // for one client
   struct Client {
     Client(const RelayOptions& options, std::unique_ptr<Stream> connection)
         : stream(std::move(connection)),
           parser(tcpq::kClientMagic),
           allowance(options.max_messages_per_s),
-          queue(options.memory.max_queued_bytes) {}
+          queue(kMaxQueuedBytes) {}
 
     const std::unique_ptr<Stream> stream;
     int64_t id = 0;

@@ -305,12 +305,13 @@ TEST_F(RelayLimits, ANewClientTakesThePlaceOfTheOldestThatIsSilent) {
   Start(options);
   RawClient& good = Join();
   std::vector<RawClient*> silent;
-  for (int i = 0; i < 3; ++i) {
-    silent.push_back(&Connect());
-    ASSERT_TRUE(Until([&] { return relay_->num_clients() == i + 2; }));
+  for (const char* from : {"127.0.0.2", "127.0.0.3", "127.0.0.4"}) {
+    silent.push_back(&Connect(from));
+    const int num = static_cast<int>(silent.size()) + 1;
+    ASSERT_TRUE(Until([&] { return relay_->num_clients() == num; }));
     now_s_ += 0.1;
   }
-  RawClient& late = Join();
+  RawClient& late = Join("127.0.0.5");
   EXPECT_TRUE(Until([&] { return !silent[0]->IsOpen(); }));
   EXPECT_TRUE(silent[1]->IsOpen());
   EXPECT_TRUE(good.IsOpen());
@@ -323,15 +324,15 @@ TEST_F(RelayLimits, WhoSpeaksKeepsItsPlace) {
   options.max_clients = 2;
   Start(options);
   RawClient& speaks = Join();
-  RawClient& listens = Join();
-  RawClient& turned_away = Connect();
+  RawClient& listens = Join("127.0.0.2");
+  RawClient& turned_away = Connect("127.0.0.3");
   EXPECT_TRUE(Until([&] { return !turned_away.IsOpen(); }));
   EXPECT_EQ(relay_->counters().num_turned_away, 1);
   now_s_ += 6;
   const int heard = speaks.NumHeard();
   speaks.Publish("A", 1);
   EXPECT_TRUE(Until([&] { return speaks.NumHeard() == heard + 1; }));
-  RawClient& late = Join();
+  RawClient& late = Join("127.0.0.4");
   EXPECT_TRUE(Until([&] { return !listens.IsOpen(); }));
   EXPECT_TRUE(speaks.IsOpen());
   EXPECT_TRUE(late.IsOpen());
@@ -340,7 +341,6 @@ TEST_F(RelayLimits, WhoSpeaksKeepsItsPlace) {
 TEST_F(RelayLimits, AnAddressPushesOutItsOwn) {
   RelayOptions options;
   options.max_clients = 8;
-  options.max_clients_of_address = 4;
   Start(options);
   RawClient& quiet = Join();  // says nothing from now on
   now_s_ += 6;

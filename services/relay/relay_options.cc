@@ -39,7 +39,6 @@ RelayOptions RelayProgramOptions::OfPort(int port, int max_clients) const {
   RelayOptions of_port = relay;
   of_port.port = port;
   of_port.max_clients = std::min(relay.max_clients, max_clients / static_cast<int>(ports.size()));
-  of_port.max_clients_of_address = of_port.max_clients / 2;
   if (CarriesBulk(node.lcm_url, port)) of_port.max_messages_per_s = kMaxBulkMessagesPerS;
   if (port != ports.front()) of_port.watch_port.reset();
   return of_port;

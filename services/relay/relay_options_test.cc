@@ -37,7 +37,6 @@ TEST(RelayProgramOptions, TheBulkPortHasTheHigherRateBehindTheSessionsPort) {
 TEST(RelayProgramOptions, ThePortsShareTheDescriptors) {
   const RelayProgramOptions options = OfSession({7800, 7801});
   EXPECT_EQ(options.OfPort(7801, 100).max_clients, 50);
-  EXPECT_EQ(options.OfPort(7801, 100).max_clients_of_address, 25);
   EXPECT_EQ(options.OfPort(7801, kMany).max_clients, options.relay.max_clients);
 }
 

@@ -13,8 +13,6 @@
 namespace skein {
 namespace {
 
-constexpr double kHeartbeatS = 1.0;
-
 template <class T>
 T Need(Result<T> result) {
   if (!result.ok()) throw std::runtime_error(result.error());

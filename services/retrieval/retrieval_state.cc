@@ -13,7 +13,6 @@ namespace {
 
 constexpr char kMagic[4] = {'S', 'K', 'H', 'N'};
 constexpr uint32_t kVersion = 2;
-constexpr size_t kChecksumSize = 64;
 
 void PutCandidates(const Candidates& candidates, ByteWriter* writer) {
   writer->Put(candidates.image_id);
@@ -59,7 +58,7 @@ bool GetSubmaps(ByteReader* reader, int64_t* image_id, std::set<int64_t>* submap
 
 // Identifier, version and checksum.
 Status CheckFrame(const Bytes& bytes) {
-  if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kChecksumSize ||
+  if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kHashSize ||
       std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
     return DataLoss("not a retrieval checkpoint");
   }
@@ -69,7 +68,7 @@ Status CheckFrame(const Bytes& bytes) {
     return DataLoss("checkpoint of version " + std::to_string(version) + ", this program reads " +
                     std::to_string(kVersion));
   }
-  const size_t size = bytes.size() - kChecksumSize;
+  const size_t size = bytes.size() - kHashSize;
   const std::string checksum(bytes.begin() + static_cast<std::ptrdiff_t>(size), bytes.end());
   if (HashBytes(bytes.data(), size) != checksum) return DataLoss("checkpoint is damaged");
   return Status::Ok();
@@ -199,7 +198,7 @@ Result<RetrievalState> RetrievalState::Decode(const Bytes& bytes, const std::str
   if (!status.ok()) return status;
   RetrievalState state(options);
   const size_t frame = sizeof(kMagic) + sizeof(kVersion);
-  Reader reader{ByteReader(bytes.data() + frame, bytes.size() - frame - kChecksumSize), &state};
+  Reader reader{ByteReader(bytes.data() + frame, bytes.size() - frame - kHashSize), &state};
   std::string session;
   if (!reader.bytes.GetString(&session) || !reader.bytes.Get(&state.seq_)) {
     return Reader::Truncated();

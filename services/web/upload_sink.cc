@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "core/hash.h"
+#include "photo/exif.h"
 
 namespace skein {
 namespace {
 
 constexpr char kRetryAfterS[] = "5";
-constexpr double kHighestM = 100'000;
 
 std::optional<int64_t> IntegerField(const HttpRequest& request, const char* name) {
   const auto field = request.fields.find(name);

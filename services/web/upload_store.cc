@@ -27,6 +27,7 @@ namespace fs = std::filesystem;
 constexpr char kInfo[] = ".json", kPart[] = ".part", kWhole[] = ".photo";
 constexpr size_t kHashPartBytes = 1 << 20;
 constexpr size_t kMaxInfoBytes = 64 << 10;
+constexpr size_t kMaxUploadAgents = 256;
 
 // What a phone is told of a disk that refuses.
 Status DiskStatus(const Status& failed) {
@@ -231,10 +232,10 @@ Status UploadStore::MakeRoom(const Key& key, int64_t more_bytes, const Status& d
     ++num_unfinished;
     if (upload.Rests()) resting.emplace(upload.moved_s, other);
   }
-  if (static_cast<int>(agents.size()) > limits_.max_agents) {
+  if (agents.size() > kMaxUploadAgents) {
     return Unavailable("too many phones send photos at a time: try again later");
   }
-  if (num_unfinished >= limits_.max_unfinished) {
+  if (num_unfinished >= kMaxUnfinished) {
     if (resting.empty()) return Unavailable("too many photos at a time: send one after the other");
     Drop(resting.begin()->second);
   }
@@ -253,7 +254,7 @@ Status UploadStore::MakeRoomInShare(const std::string& agent, int64_t more_bytes
   }
   bool others_want = false;
   for (auto at = wanted_s_.begin(); at != wanted_s_.end();) {
-    const bool wants = now_s - at->second <= limits_.want_s;
+    const bool wants = now_s - at->second <= kWantS;
     if (wants) bytes_of.try_emplace(at->first, 0);
     others_want = others_want || (wants && at->first != agent);
     at = wants ? std::next(at) : wanted_s_.erase(at);
@@ -346,7 +347,7 @@ Result<UploadStore::Receiver> UploadStore::Reserve(const Key& key, const UploadI
     return AlreadyExists("the server has " + std::to_string(known) + " bytes of it: go on there");
   }
   const bool is_receiving = !*is_new && found->second.receiving;
-  if (!is_receiving && NumAtWork(key.first) >= limits_.max_receiving) {
+  if (!is_receiving && NumAtWork(key.first) >= kMaxReceiving) {
     return Unavailable("too many photos at a time: send one after the other");
   }
   if (*is_new) {
@@ -564,7 +565,7 @@ void UploadStore::Tick() {
     const double now_s = clock_();
     std::vector<Key> forgotten;
     for (const auto& [key, upload] : uploads_) {
-      const bool rests = upload.Rests() && now_s - upload.moved_s > limits_.forget_after_s;
+      const bool rests = upload.Rests() && now_s - upload.moved_s > kForgetAfterS;
       if (rests) forgotten.push_back(key);
     }
     for (const Key& key : forgotten) Drop(key);

@@ -28,13 +28,6 @@ struct UploadLimits {
   int64_t max_photo_bytes = int64_t{256} << 20;  // as ingest has it
   int64_t max_bytes = int64_t{8} << 30;          // of all that lies here, told sizes included
   int64_t min_free_bytes = 512'000'000;          // on the disk
-  int max_unfinished = 16;                       // of an agent; the one that rests longest goes
-  int max_receiving = 4;  // of an agent at a time, those that the disk holds up included
-  int max_agents = 256;
-  double forget_after_s = 86'400;  // an unfinished one that rests for so long goes
-  // An agent that was refused for lack of room wants some for so long: longer than a phone pauses
-  // between two attempts.
-  double want_s = 60;
 };
 
 // Properties of a photo, as the browser tells them.
@@ -66,6 +59,12 @@ struct WaitingUpload {
 class UploadStore {
  public:
   static constexpr size_t kMaxRefusals = 200;
+  static constexpr int kMaxUnfinished = 16;  // of an agent; the one that rests longest goes
+  static constexpr int kMaxReceiving = 4;    // at a time, those that the disk holds up included
+  static constexpr double kForgetAfterS = 86'400;  // an unfinished one that rests for so long goes
+  // An agent that was refused for lack of room wants some for so long: longer than a phone pauses
+  // between two attempts.
+  static constexpr double kWantS = 60;
 
   // Destination of a photo's bytes from one connection.
   struct Receiver {

@@ -268,8 +268,6 @@ TEST_F(UploadStoreTest, WritesThatHangHoldUpNoOtherAgent) {
 }
 
 TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
-  limits_.max_unfinished = 2;
-  Open();
   const auto held = store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0);
   ASSERT_TRUE(held.ok());
   const std::filesystem::path part = HoldUp("anna", "abcd");
@@ -282,8 +280,9 @@ TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
   auto others = std::async(std::launch::async, [&] {
     while (!is_at_it()) std::this_thread::yield();
     EXPECT_EQ(store_->Look("anna", IdOf("abcd"))->received_bytes, 0) << "they do not count yet";
-    for (const std::string photo : {"photo 1", "photo 2", "photo 3"}) {
-      EXPECT_TRUE(Send("anna", photo, 0, "p").ok()) << "the one that is written stays";
+    for (int i = 0; i <= UploadStore::kMaxUnfinished; ++i) {
+      EXPECT_TRUE(Send("anna", "photo " + std::to_string(i), 0, "p").ok())
+          << "the one that is written stays";
     }
     EXPECT_TRUE(Send("bert", "whole", 0, "whole").ok());
     store_->Remove("bert", IdOf("whole"));
@@ -295,7 +294,7 @@ TEST_F(UploadStoreTest, AWriteHoldsUpNoOtherPhoto) {
   Release(part);
   others.get();
   EXPECT_EQ(writing.get(), StatusCode::kUnavailable);
-  EXPECT_EQ(store_->ProgressOf("anna").size(), 2u);
+  EXPECT_EQ(store_->ProgressOf("anna").size(), size_t{UploadStore::kMaxUnfinished});
   EXPECT_TRUE(store_->Begin("anna", IdOf("abcd"), InfoOf("abcd"), 0).ok());
 }
 
@@ -333,35 +332,34 @@ TEST_F(UploadStoreTest, WhatIsOfAnotherHashIsGoneOnceThatIsTold) {
 }
 
 TEST_F(UploadStoreTest, IsBoundedForEachAgent) {
-  limits_.max_unfinished = 3;
-  limits_.max_receiving = 2;
-  Open();
+  constexpr int kMost = UploadStore::kMaxUnfinished, kAtATime = UploadStore::kMaxReceiving;
   std::vector<UploadStore::Receiver> receivers;
-  for (const std::string photo : {"photo 1", "photo 2"}) {
+  const auto photo_of = [](int i) { return "photo " + std::to_string(i); };
+  for (int i = 0; i < kAtATime; ++i) {
+    const std::string photo = photo_of(i);
     receivers.push_back(*store_->Begin("anna", IdOf(photo), InfoOf(photo), 0));
   }
   EXPECT_EQ(store_->Begin("anna", IdOf("x"), InfoOf("x"), 0).code(), StatusCode::kUnavailable);
   EXPECT_TRUE(store_->Begin("bert", IdOf("x"), InfoOf("x"), 0).ok()) << "others go on";
   for (const auto& receiver : receivers) store_->Leave(receiver);
-  for (const std::string photo : {"photo 3", "photo 4"}) {
+  for (int i = kAtATime; i <= kMost; ++i) {
     now_s_ += 1;
-    EXPECT_TRUE(Send("anna", photo, 0, "p").ok());
+    EXPECT_TRUE(Send("anna", photo_of(i), 0, "p").ok());
   }
-  EXPECT_EQ(store_->ProgressOf("anna").size(), 3u) << "the one that rested longest went";
-  EXPECT_TRUE(store_->Look("anna", IdOf("photo 4")));
+  EXPECT_EQ(store_->ProgressOf("anna").size(), size_t{kMost}) << "one that rested longest went";
+  EXPECT_TRUE(store_->Look("anna", IdOf(photo_of(kMost))));
 }
 
 TEST_F(UploadStoreTest, IsBoundedInAllAndForgetsWhatRests) {
   limits_.max_bytes = 10;
-  limits_.forget_after_s = 60;
   Open();
   ASSERT_TRUE(Send("anna", "12345678", 0, "1234").ok());
   EXPECT_EQ(Send("anna", "abc", 0, "abc").code, StatusCode::kUnavailable) << "told bytes count";
-  now_s_ += 61;
+  now_s_ += UploadStore::kForgetAfterS + 1;
   store_->Tick();
   EXPECT_FALSE(store_->Look("anna", IdOf("12345678")));
   EXPECT_TRUE(Send("anna", "abc", 0, "abc").ok());
-  now_s_ += 61;
+  now_s_ += UploadStore::kForgetAfterS + 1;
   store_->Tick();
   EXPECT_EQ(store_->Waiting().size(), 1u) << "what was received stays";
 }
@@ -416,7 +414,7 @@ TEST_F(UploadStoreTest, WhoHasItsShareLeavesRoomToWhoWantsSome) {
   EXPECT_TRUE(Send("mia", "more", 0, "more").ok()) << "nobody wants any";
   now_s_ += 1;
   EXPECT_EQ(Send("anna", "fours", 0, "f").code, StatusCode::kUnavailable);
-  now_s_ += limits_.want_s + 1;
+  now_s_ += UploadStore::kWantS + 1;
   store_->Remove("mia", IdOf("more"));
   EXPECT_TRUE(Send("mia", "more", 0, "more").ok()) << "anna has gone";
 }

@@ -15,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr int kNumPoolThreads = 2;
-// Two write at a time. Of those that the disk holds up an agent has UploadLimits::max_receiving and
+// Two write at a time. Of those that the disk holds up an agent has UploadStore::kMaxReceiving and
 // one that deletes, and the server no more connections than these threads.
 constexpr int kNumUploadThreads = 2, kMoreUploadThreads = 254;
 constexpr double kStatusS = 1;

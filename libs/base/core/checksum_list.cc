@@ -13,7 +13,6 @@ namespace fs = std::filesystem;
 namespace {
 
 // sha256sum puts two spaces between a hash and its file.
-constexpr size_t kHashSize = 64;
 constexpr size_t kGapSize = 2;
 constexpr size_t kMaxListBytes = 16 << 20;
 

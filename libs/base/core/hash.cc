@@ -59,7 +59,7 @@ std::string HashBytes(const void* data, size_t size) {
 }
 
 bool IsBlobId(std::string_view text) {
-  return text.size() == 64 && std::all_of(text.begin(), text.end(), [](char c) {
+  return text.size() == kHashSize && std::all_of(text.begin(), text.end(), [](char c) {
            return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'f');
          });
 }

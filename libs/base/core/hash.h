@@ -8,6 +8,8 @@
 
 namespace skein {
 
+constexpr size_t kHashSize = 64;  // hexadecimal digits
+
 // Two lower-case hexadecimal digits a byte.
 std::string ToHex(const void* data, size_t size);
 

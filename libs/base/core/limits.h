@@ -6,8 +6,9 @@
 
 namespace skein::limits {
 
-// Largest reprojection error of an observation that stays in the map: COLMAP's
-// filter_max_reproj_error. Also the largest Sampson error of a verified match: COLMAP's two-view
+// Largest reprojection error of an observation that stays in the map, that a track takes in, and of
+// those of two points that merge: COLMAP's filter_max_reproj_error, complete_max_reproj_error and
+// merge_max_reproj_error. Also the largest Sampson error of a verified match: COLMAP's two-view
 // max_error.
 constexpr double kMaxErrorPx = 4.0;
 
@@ -21,7 +22,8 @@ constexpr int kMinPoseInliers = 30;
 // Inliers of the pair that a map begins with: COLMAP's init_min_num_inliers.
 constexpr int kMinSeedInliers = 100;
 
-// Smallest triangulation angle of a point that stays in the map: COLMAP's filter_min_tri_angle.
+// Smallest triangulation angle of a new point and of one that stays in the map: COLMAP's min_angle
+// and filter_min_tri_angle.
 constexpr double kMinTriangulationAngleDeg = 1.5;
 
 // Median triangulation angle asked of an initial pair, and its relaxations. The first is COLMAP's

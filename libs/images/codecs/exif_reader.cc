@@ -14,7 +14,6 @@
 namespace skein {
 namespace {
 
-constexpr double kFullFrameDiagonalMm = 43.2666;
 // Encoders and rounding cut off less of a side.
 constexpr double kLeastCrop = 0.01;
 

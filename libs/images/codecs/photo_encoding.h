@@ -11,6 +11,8 @@
 
 namespace skein {
 
+constexpr int kJpegQuality = 95;  // of photos that the clients write: OpenCV's default
+
 // Fields that are 0 are left out.
 struct ExifInfo {
   std::string make, model;

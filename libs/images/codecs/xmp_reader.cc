@@ -11,6 +11,7 @@
 #include <string>
 #include <type_traits>
 
+#include "photo/exif.h"
 #include "photo/tiff_directory.h"
 
 namespace skein {
@@ -24,7 +25,6 @@ constexpr uint32_t kXmpTag = 700;
 // of 64 KiB that takes 0.4 s and 110 MB, of 1 MiB minutes and 27 GB.
 constexpr size_t kMaxPacketBytes = 64 << 10;
 constexpr size_t kMaxValueBytes = 64;
-constexpr double kHighestM = 100'000;
 
 ByteView PacketOfJpeg(ByteView jpeg) {
   for (size_t at = 2; at + 4 <= jpeg.size() && jpeg[at] == 0xff && jpeg[at + 1] != 0xda;) {

@@ -6,6 +6,9 @@
 
 namespace skein {
 
+constexpr double kFullFrameDiagonalMm = 43.2666;  // 36 mm x 24 mm
+constexpr double kHighestM = 100'000;             // an altitude that may be true, up or down
+
 struct GpsPosition {
   double latitude_deg = 0;                    // WGS84
   double longitude_deg = 0;                   // WGS84

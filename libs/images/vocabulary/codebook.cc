@@ -17,7 +17,6 @@ using Matrix = Codebook::Matrix;
 
 constexpr char kMagic[4] = {'S', 'K', 'C', 'B'};
 constexpr uint32_t kVersion = 1;
-constexpr size_t kChecksumSize = 64;
 constexpr char kFileName[] = "vlad_codebook.bin";
 
 void PutMatrix(const Matrix& matrix, ByteWriter* writer) {
@@ -78,11 +77,11 @@ Bytes EncodeCodebook(const Codebook& codebook) {
 }
 
 Result<Codebook> DecodeCodebook(const Bytes& bytes) {
-  if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kChecksumSize ||
+  if (bytes.size() < sizeof(kMagic) + sizeof(kVersion) + kHashSize ||
       std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
     return DataLoss("not a codebook");
   }
-  const size_t size = bytes.size() - kChecksumSize;
+  const size_t size = bytes.size() - kHashSize;
   ByteReader reader(bytes.data() + sizeof(kMagic), size - sizeof(kMagic));
   uint32_t version = 0;
   reader.Get(&version);

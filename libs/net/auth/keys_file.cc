@@ -8,7 +8,6 @@
 namespace skein {
 namespace {
 
-constexpr size_t kHashSize = 64;  // hexadecimal
 // Counters of some 200,000 signers.
 constexpr size_t kMaxBytes = 16 << 20;
 

@@ -82,7 +82,6 @@ std::vector<std::string> BlobsOf(const Fact& fact) {
 }
 
 bool HasValidTexts(const Fact& fact) {
-  constexpr size_t kFingerprintBytes = 8;
   const Bytes bytes = EncodeFact(fact);
   const std::string type = std::visit([](const auto& f) { return f.getTypeName(); }, fact);
   return TypeLayout::Of(type).HasValidTexts(bytes.data() + kFingerprintBytes,

@@ -21,7 +21,6 @@
 namespace skein {
 namespace {
 
-constexpr double kHeartbeatS = 1.0;
 constexpr double kKeepCountersS = 5.0;
 
 // A signal came before there was a session.

@@ -72,6 +72,8 @@ struct Signer {
   std::optional<Invitation> invitation;  // of NodeOptions::invite
 };
 
+constexpr double kHeartbeatS = 1;  // between two heartbeats of a process
+
 struct NodeOptions {
   std::string service;      // set by main: features, ingest, ...
   std::string session_dir;  // --session: this process shares the session folder

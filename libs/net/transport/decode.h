@@ -11,12 +11,13 @@
 
 namespace skein {
 
+constexpr size_t kFingerprintBytes = 8;  // of a message's type, before its value
+
 // False unless the bytes are exactly one T: its fingerprint, then a value whose lengths fit (see
 // type_layout.h), with no bytes left over.
 template <class T>
 bool DecodeMessage(const void* data, size_t size, T* message) {
   static const TypeLayout& layout = TypeLayout::Of(T::getTypeName());
-  constexpr size_t kFingerprintBytes = 8;
   if (size < kFingerprintBytes || size > std::numeric_limits<int>::max()) return false;
   const auto* bytes = static_cast<const uint8_t*>(data);
   if (layout.Measure(bytes + kFingerprintBytes, size - kFingerprintBytes) !=

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "core/angles.h"
+#include "core/limits.h"
 #include "map/map_access.h"
 #include "sfm/ids.h"
 #include "sfm/random.h"
@@ -72,7 +73,7 @@ bool Create(const View& view1, Point2DIdx index1, const View& view2, Point2DIdx 
   if (!HasPointPositiveDepth(view1.cam_from_world(), xyz) ||
       !HasPointPositiveDepth(view2.cam_from_world(), xyz) ||
       CalculateTriangulationAngle(view1.center(), view2.center(), xyz) <
-          DegToRad(Triangulator::kMinAngleDeg) ||
+          DegToRad(limits::kMinTriangulationAngleDeg) ||
       view1.AngularError(index1, xyz) > max_error || view2.AngularError(index2, xyz) > max_error) {
     return false;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <unordered_set>
 
+#include "core/limits.h"
 #include "core/threads.h"
 #include "map/map_access.h"
 #include "sfm/reprojection.h"
@@ -37,7 +38,7 @@ bool AreOne(const Reconstruction& reconstruction, Point3DId id1, Point3DId id2) 
       (length1 * point1.XYZ() + length2 * point2.XYZ()) / (length1 + length2);
   for (const Point3D* point : {&point1, &point2}) {
     for (const TrackElement& element : point->Track().Elements()) {
-      if (!IsSeenAt(reconstruction, element, xyz, Triangulator::kMaxMergeErrorPx)) return false;
+      if (!IsSeenAt(reconstruction, element, xyz, limits::kMaxErrorPx)) return false;
     }
   }
   return true;
@@ -72,7 +73,7 @@ Gain GainOf(const SceneMap& map, Point3DId id) {
       } else {
         gain.completes = gain.completes ||
                          IsSeenAt(reconstruction, TrackElement(match.image_id, match.point2D_idx),
-                                  point.XYZ(), Triangulator::kMaxCompleteErrorPx);
+                                  point.XYZ(), limits::kMaxErrorPx);
       }
       if (gain.completes && gain.merges) return gain;
     }
@@ -127,7 +128,7 @@ class LongTrack {
       if (!other.IsRegistered() || other.Point2D(match.point2D_idx).HasPoint3D()) continue;
       const TrackElement found(match.image_id, match.point2D_idx);
       if (!IsSeenAt(reconstruction, found, reconstruction.Point3D(id()).XYZ(),
-                    Triangulator::kMaxCompleteErrorPx)) {
+                    limits::kMaxErrorPx)) {
         continue;
       }
       reconstruction.AddObservation(id(), found);

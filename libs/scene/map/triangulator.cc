@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/angles.h"
+#include "core/limits.h"
 #include "map/image_pose.h"
 #include "sfm/reprojection.h"
 
@@ -67,8 +68,7 @@ size_t Triangulator::StartPoints(ImageId id) {
   const Camera& camera = model_.Camera(image.CameraId());
   TriangulationLimits limits;
   limits.error = TriangulationLimits::Error::kReprojection;
-  limits.max_error = kMaxCompleteErrorPx;
-  limits.min_angle_rad = DegToRad(kMinAngleDeg);
+  limits.max_error = limits::kMaxErrorPx;
   size_t num_added = 0;
   for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
     const Sight sight{&image, &camera, i};
@@ -98,7 +98,6 @@ size_t Triangulator::Create(const std::vector<Sight>& sights) {
   if (free.size() < 2 || (free.size() == 2 && IsOfTwoViews(free[0]))) return 0;
   TriangulationLimits limits;
   limits.max_error = DegToRad(kMaxCreateErrorDeg);
-  limits.min_angle_rad = DegToRad(kMinAngleDeg);
   const size_t length = StartPoint(limits, free);
   if (length == 0 || free.size() - length < kMinRest) return length;
   return length + Create(free);
@@ -177,7 +176,7 @@ void Triangulator::AddMatchesOf(Point3DId id, const TrackElement& from,
       continue;
     }
     const TrackElement element(match.image_id, match.point2D_idx);
-    if (!IsSeenAt(element, model_.Point3D(id).XYZ(), kMaxCompleteErrorPx)) continue;
+    if (!IsSeenAt(element, model_.Point3D(id).XYZ(), limits::kMaxErrorPx)) continue;
     model_.AddObservation(id, element);
     modified_.insert(id);
     added->push_back(element);
@@ -231,7 +230,7 @@ size_t Triangulator::MergeWith(Point3DId id, Point3DId other) {
   const Eigen::Vector3d xyz = (n1 * point1.XYZ() + n2 * point2.XYZ()) / (n1 + n2);
   for (const Point3D* point : {&point1, &point2}) {
     for (const TrackElement& element : point->Track().Elements()) {
-      if (!IsSeenAt(element, xyz, kMaxMergeErrorPx)) return 0;
+      if (!IsSeenAt(element, xyz, limits::kMaxErrorPx)) return 0;
     }
   }
   const size_t num_merged = point1.Track().Length() + point2.Track().Length();

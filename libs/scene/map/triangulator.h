@@ -18,10 +18,7 @@ namespace skein {
 class Triangulator {
  public:
   // COLMAP's defaults.
-  static constexpr double kMaxCreateErrorDeg = 2.0;   // of the observations of a new point
-  static constexpr double kMinAngleDeg = 1.5;         // between two rays of a new point
-  static constexpr double kMaxMergeErrorPx = 4.0;     // of all observations of both points
-  static constexpr double kMaxCompleteErrorPx = 4.0;  // of an observation that a match leads to
+  static constexpr double kMaxCreateErrorDeg = 2.0;  // of the observations of a new point
   static constexpr int kMaxTransitivity = 5;  // matches from a track's observation to a new one
 
   Triangulator(const CorrespondenceGraph* graph, Reconstruction* model)

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/angles.h"
+#include "core/limits.h"
 #include "sfm/colmap_api.h"
 #include "sfm/reprojection.h"
 
@@ -30,12 +32,12 @@ bool IsInFrontOfAll(const std::vector<const TriangulationView*>& views,
   });
 }
 
-bool HasAngle(const std::vector<const TriangulationView*>& views, const Eigen::Vector3d& xyz,
-              double min_angle_rad) {
+bool HasAngle(const std::vector<const TriangulationView*>& views, const Eigen::Vector3d& xyz) {
+  constexpr double kMinAngleRad = DegToRad(limits::kMinTriangulationAngleDeg);
   for (size_t i = 0; i < views.size(); ++i) {
     for (size_t j = 0; j < i; ++j) {
       const double angle = CalculateTriangulationAngle(views[i]->center, views[j]->center, xyz);
-      if (angle >= min_angle_rad) return true;
+      if (angle >= kMinAngleRad) return true;
     }
   }
   return false;
@@ -54,7 +56,7 @@ class Estimator {
         views.size() == 2 ? TriangulatePoint(views[0]->cam_from_world, views[1]->cam_from_world,
                                              views[0]->on_plane, views[1]->on_plane)
                           : TriangulateManyViews(views);
-    if (!IsInFrontOfAll(views, xyz) || !HasAngle(views, xyz, limits.min_angle_rad)) return {};
+    if (!IsInFrontOfAll(views, xyz) || !HasAngle(views, xyz)) return {};
     return {xyz};
   }
 

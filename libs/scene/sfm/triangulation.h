@@ -32,11 +32,11 @@ struct TriangulationLimits {
 
   Error error = Error::kAngle;
   double max_error = 0;
-  double min_angle_rad = 0;  // under which two of the inliers see the point
 };
 
-// The point that most views see, by LO-RANSAC over pairs of views; up to 15 views have all their
-// pairs tried. False if no two views agree.
+// The point that most views see, two of them under limits::kMinTriangulationAngleDeg or more, by
+// LO-RANSAC over pairs of views; up to 15 views have all their pairs tried. False if no two views
+// agree.
 bool EstimateTriangulation(const TriangulationLimits& limits,
                            const std::vector<TriangulationView>& views,
                            std::vector<char>* inlier_mask, Eigen::Vector3d* xyz);

@@ -59,7 +59,6 @@ TEST(Triangulation, LeavesViewsOutThatDoNotFit) {
     TriangulationLimits limits;
     limits.error = error;
     limits.max_error = error == TriangulationLimits::Error::kAngle ? DegToRad(2.0) : 4;
-    limits.min_angle_rad = DegToRad(1.5);
     Eigen::Vector3d xyz;
     std::vector<char> inliers;
     ASSERT_TRUE(EstimateTriangulation(limits, seen.views, &inliers, &xyz));
@@ -72,7 +71,6 @@ TEST(Triangulation, FindsNothingUnderTooSmallAnAngle) {
   const Views seen(3, {0, 0, 5000});
   TriangulationLimits limits;
   limits.max_error = DegToRad(2.0);
-  limits.min_angle_rad = DegToRad(1.5);
   Eigen::Vector3d xyz;
   std::vector<char> inliers;
   EXPECT_FALSE(EstimateTriangulation(limits, seen.views, &inliers, &xyz));

@@ -168,7 +168,6 @@ void AssessedViews::Sums::Count(const ViewOfSurfel& view) {
 bool AssessedViews::AddPairs(const ViewOfSurfel& view, std::array<bool, kMaxViews>* matches,
                              Sums* sums) const {
   static const ParallaxWeights weights;
-  constexpr double kMinCosIncidence = 0.7071067811865476;  // of a pair that counts: 45 degrees
   const double incidence = view.direction.dot(normal_);
   if (incidence < kMinCosMatched) return false;  // nor does a pair of it count
   bool matches_any = false;

@@ -19,6 +19,9 @@ constexpr double kMaxSigmaGsd = 3;  // standard deviation of its depth, in targe
 // Part of it and what is around it that has texture in at least kMinSurfelPhotos photos. 0.8: the
 // completeness from which a surfel is truly good in docs/experiments/guidance.md.
 constexpr double kMinTexturedShare = 0.8;
+// Cosine of 45 degrees: less from the side are a pair of photos that adds to reconstructability,
+// and a photo that looks straight at a surfel.
+constexpr double kMinCosIncidence = 0.7071067811865476;
 // A place is complete if good share >= kMinGoodShare and open share <= kMaxOpenShare: bushes and
 // eaves have frontiers that no photo can close.
 constexpr double kMinGoodShare = 0.9;

@@ -453,7 +453,6 @@ void Chooser::Take(const std::vector<Shown>& shown, const Eigen::Vector3d& centr
 Station::Why Chooser::WhyOf(Weak* weak_place) const {
   FillViews(weak_place);
   const Weak& weak = *weak_place;
-  constexpr double kMinCosIncidence = 0.7071067811865476;  // 45 degrees
   if (weak.is_beyond) return Station::Why::kOpenBorder;
   if (weak.views.size() < kMinSurfelPhotos) return Station::Why::kFewPhotos;
   std::vector<ViewOfSurfel> fine, straight;
