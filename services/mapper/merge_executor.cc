@@ -6,10 +6,12 @@
 #include "core/clock.h"
 #include "core/log.h"
 #include "ledger/fact_ids.h"
+#include "mapper/messages.h"
 #include "mapper/submap_run.h"
 #include "mapping/checkpoint.h"
 #include "merging/fuse.h"
 #include "session/submap_steps.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -17,6 +19,28 @@ namespace {
 // Until a refused step of a merge is submitted again.
 constexpr double kRetryS = 2;
 constexpr char kCutReason[] = "the time of the finish was up";
+
+Status AddPhotosOf(const LoadedModel& source, Submap* submap) {
+  const Timer timer;
+  const Status added = AddToSubmap(source.photos, submap);
+  LogInfo("{} of its photos added in {:.2f} s", source.photos->size(), timer.ElapsedS());
+  return added;
+}
+
+// Worker's thread. Uses up the source's archive.
+Absorption AbsorbSource(const LoadedModel& source, const MergeOrder& order, Submap* submap) {
+  Absorption absorption;
+  absorption.status = AddPhotosOf(source, submap);
+  if (!absorption.status.ok()) return absorption;
+  if (submap->options().IsStopped() && !order.was_done) {
+    absorption.status = FailedPrecondition(kCutReason);
+    return absorption;
+  }
+  const Result<Reconstruction> model = DecodeModel(std::move(*source.archive));
+  if (model.ok()) return AbsorbIntoSubmap(*model, order, submap);
+  absorption.status = model.status().Within("source");
+  return absorption;
+}
 
 }  // namespace
 
@@ -102,27 +126,21 @@ void MergeExecutor::OnSource(const LoadedModel& source) {
   LogInfo("the source is here {:.2f} s after the order", node_.loop().now_s() - open_->start_s);
   run_.RunOnWorker(
       Step(),
-      [source, task = Task()](Submap& submap) {
-        const Timer timer;
-        const Status added = AddToSubmap(source.photos, &submap);
-        LogInfo("{} of its photos added in {:.2f} s", source.photos->size(), timer.ElapsedS());
-        const bool is_left_out = submap.options().IsStopped() && !task.was_done;
-        if (added.ok() && !is_left_out) return AbsorbSource(*source.archive, task, &submap);
-        Absorption absorption;
-        absorption.status = added.ok() ? FailedPrecondition(kCutReason) : added;
-        return absorption;
-      },
+      [source, order = Order()](Submap& submap) { return AbsorbSource(source, order, &submap); },
       WhileOpen([this](Absorption absorption) {
         open_->absorption = std::move(absorption);
         OnAbsorbed();
       }));
 }
 
-MergeTask MergeExecutor::Task() const {
-  const merge_t& order = open_->ordered;
-  const bool same_epochs =
-      order.source_epoch == open_->source_epoch && order.target_epoch == run_.epoch();
-  return {order, same_epochs, open_->replay};
+// A submap keeps its frame within an epoch.
+MergeOrder MergeExecutor::Order() const {
+  const merge_t& ordered = open_->ordered;
+  MergeOrder order = MergeOrderOf(ordered);
+  order.keeps_frames =
+      ordered.source_epoch == open_->source_epoch && ordered.target_epoch == run_.epoch();
+  order.was_done = open_->replay;
+  return order;
 }
 
 // DONE only once everyone can know where the source's photos are now.

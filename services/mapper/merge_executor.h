@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "event_loop/alive.h"
-#include "mapper/absorb_source.h"
 #include "mapper/model_loader.h"
+#include "merging/submap_merge.h"
 #include "node/node.h"
 #include "session/session_state.h"
 
@@ -59,7 +59,7 @@ class MergeExecutor {
   void SubmitFrozen(const std::string& model_blob);
   void Absorb(const merge_t& frozen);
   void OnSource(const LoadedModel& source);
-  MergeTask Task() const;
+  MergeOrder Order() const;
   void OnAbsorbed();
   void Fail(const std::string& reason);
   void Conclude(int8_t state, const std::string& reason);

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "ledger/facts.h"
+#include "session/merge_similarity.h"
 #include "sfm/pose.h"
 
 namespace skein {
@@ -112,6 +113,16 @@ registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epo
   message.local_ba_s = static_cast<float>(event.ba_s);
   message.total_s = static_cast<float>(event.total_s);
   return message;
+}
+
+MergeOrder MergeOrderOf(const merge_t& ordered) {
+  MergeOrder order;
+  order.target_from_source = SimilarityOf(ordered);
+  order.num_agreeing = ordered.num_inlier_images;
+  order.min_shared_images = std::min(order.min_shared_images, ordered.num_shared_images);
+  const Sim3Options sim3 = Sim3OptionsOf(ordered);
+  if (sim3.Check().ok()) order.sim3 = sim3;
+  return order;
 }
 
 model_check_t ToMessage(const ModelCheck& check) {

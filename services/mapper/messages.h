@@ -9,9 +9,11 @@
 #include "core/result.h"
 #include "mapper/model_assessment.h"
 #include "mapping/submap.h"
+#include "merging/submap_merge.h"
 #include "skein/candidates_t.hpp"
 #include "skein/georeference_t.hpp"
 #include "skein/image_t.hpp"
+#include "skein/merge_t.hpp"
 #include "skein/model_check_t.hpp"
 #include "skein/registration_t.hpp"
 
@@ -35,6 +37,9 @@ void SetFigures(const SubmapStatistics& statistics, T* message) {
   message->mean_reprojection_error_px = statistics.mean_reprojection_error_px;
   message->mean_track_length = statistics.mean_track_length;
 }
+
+// An order as merging takes it, but for what only the run knows: keeps_frames, was_done.
+MergeOrder MergeOrderOf(const merge_t& ordered);
 
 // Errors of the model that its residuals don't show.
 model_check_t ToMessage(const ModelCheck& check);

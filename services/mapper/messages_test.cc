@@ -7,6 +7,7 @@
 
 #include "ledger/fact_ids.h"
 #include "ledger/facts.h"
+#include "session/merge_similarity.h"
 #include "transport/bus.h"
 
 namespace skein::messages_test {
@@ -200,6 +201,33 @@ TEST(MapperMessages, DistancesThatCannotBeAreLeftOut) {
   ASSERT_EQ(distances.size(), 2u);
   EXPECT_EQ(distances[0], (std::pair<uint32_t, double>{1, 0.5}));
   EXPECT_EQ(distances[1], (std::pair<uint32_t, double>{4, 0}));
+}
+
+TEST(MapperMessages, AMergesOrderHasTheSimilarityAndItsOptions) {
+  Sim3Options options;
+  options.min_inlier_images = 2;
+  options.seed = 7;
+  merge_t ordered{};
+  ordered.num_shared_images = 2;
+  ordered.num_inlier_images = 2;
+  SetSimilarity({3, Eigen::Quaterniond::Identity(), {1, 2, 3}}, &ordered);
+  SetSim3Options(options, &ordered);
+  const MergeOrder order = MergeOrderOf(ordered);
+  ASSERT_TRUE(order.target_from_source);
+  EXPECT_EQ(order.target_from_source->scale, 3);
+  EXPECT_EQ(order.num_agreeing, 2);
+  EXPECT_EQ(order.min_shared_images, 2);
+  EXPECT_EQ(order.sim3.min_inlier_images, 2);
+  EXPECT_EQ(order.sim3.seed, 7u);
+}
+
+TEST(MapperMessages, AMergesOrderWithoutUsableValuesHasNoSimilarityAndUsualOptions) {
+  merge_t ordered{};
+  ordered.num_shared_images = 20;
+  const MergeOrder order = MergeOrderOf(ordered);
+  EXPECT_FALSE(order.target_from_source);
+  EXPECT_TRUE(order.sim3.Check().ok());
+  EXPECT_EQ(order.min_shared_images, AbsorbOptions().min_shared_images);
 }
 
 }  // namespace skein::messages_test

@@ -10,7 +10,7 @@ namespace skein {
 namespace {
 
 struct DecodedModel {
-  std::shared_ptr<const ModelArchive> archive;
+  std::shared_ptr<ModelArchive> archive;
   std::vector<int64_t> photos;
 };
 
@@ -19,8 +19,7 @@ Result<DecodedModel> Decode(const Bytes& bytes) {
   if (!archive.ok()) return archive.status();
   Result<std::vector<int64_t>> photos = PhotosOfArchive(*archive);
   if (!photos.ok()) return photos.status();
-  return DecodedModel{std::make_shared<const ModelArchive>(std::move(*archive)),
-                      std::move(*photos)};
+  return DecodedModel{std::make_shared<ModelArchive>(std::move(*archive)), std::move(*photos)};
 }
 
 }  // namespace

@@ -14,7 +14,7 @@ namespace skein {
 
 // A model archive, and those of its photos that the submap does not have.
 struct LoadedModel {
-  std::shared_ptr<const ModelArchive> archive;
+  std::shared_ptr<ModelArchive> archive;  // of the job that decodes it, which may use it up
   FetchedPhotos photos;
 };
 

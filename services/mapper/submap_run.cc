@@ -1,7 +1,6 @@
 #include "mapper/submap_run.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -12,8 +11,6 @@
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
 #include "session/one_spot.h"
-#include "session/places.h"
-#include "session/read_session.h"
 #include "session/submap_facts.h"
 #include "session/submap_steps.h"
 
@@ -65,23 +62,10 @@ PhotoEvent Unreadable(int64_t image_id, const Status& status) {
   return event;
 }
 
-std::function<bool(const Submap&)> AbsorbInto(Submap* submap, const Submap::EventSink& sink) {
-  return [submap, sink](const Submap& anew) {
-    const Absorption absorption = AbsorbBatch(anew, submap);
-    for (const PhotoEvent& event : absorption.events) sink(event);
-    return absorption.status.ok();
-  };
-}
-
 bool HasRegistered(const std::vector<PhotoEvent>& events) {
   return std::any_of(events.begin(), events.end(), [](const PhotoEvent& event) {
     return event.state == PhotoEvent::State::kRegistered;
   });
-}
-
-// ", about 12 s"; "" for less than half a second.
-std::string About(double seconds) {
-  return seconds < 0.5 ? "" : ", about " + std::to_string(std::lround(seconds)) + " s";
 }
 
 }  // namespace
@@ -96,7 +80,6 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       ledger_(ledger),
       lease_(lease),
       on_end_(std::move(on_end)),
-      target_gsd_mm_(options.target_gsd_mm),
       is_cut_(std::make_shared<std::atomic<bool>>(ledger.session.finish().is_cut())),
       worker_(threads.worker, threads.current, node.steps(), lease.submap_id,
               OptionsOfRun(options.submap, is_cut_, threads.worker, node.steps(), lease),
@@ -128,13 +111,15 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
                 std::move(fact), [](int64_t) {}, std::move(refused));
           }),
       shape_(node, worker_, threads.shapes, lease),
-      merges_(node, ledger.session, *this) {
+      merges_(node, ledger.session, *this),
+      finish_(ledger.session, options.target_gsd_mm, *this),
+      answers_(node, ledger.session, photos_, *this) {
   Pump();
 }
 
 void SubmapRun::OnFact(const Fact& fact) {
   if (state_.Is(Life::kEnded)) return;
-  *is_cut_ = IsCut();
+  *is_cut_ = finish_.IsCut();
   if (const SubmapLife* submap = ledger_.session.FindSubmap(submap_id())) {
     if (submap->lease.epoch > epoch()) {
       return End({"", "the lease went to " + submap->lease.owner});
@@ -145,9 +130,8 @@ void SubmapRun::OnFact(const Fact& fact) {
   const auto* merge = std::get_if<merge_t>(&fact);
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
   if (std::holds_alternative<submap_end_t>(fact)) merges_.OnSubmapEnd();
-  if (IsCut()) merges_.GiveUp();
-  consolidate_due_ |= merge != nullptr && merge->state == merge_t::FAILED && IsDrained() &&
-                      (merge->source_id == submap_id() || merge->target_id == submap_id());
+  if (finish_.IsCut()) merges_.GiveUp();
+  if (merge != nullptr) finish_.OnMergeFact(*merge);
   Pump();
 }
 
@@ -165,7 +149,7 @@ bool SubmapRun::DoNext() {
       DoMerge(*cursor_.NextMerge());
       return true;
     }
-    if (IsCut() || (!more_ && (!offered_.HasOurs() || IsFinal()))) return GoOn();
+    if (finish_.IsCut() || (!more_ && (!offered_.HasOurs() || finish_.IsFinal()))) return GoOn();
   }
   TryNext();
   return true;
@@ -179,28 +163,10 @@ bool SubmapRun::IsTurnOfMerge(std::optional<int64_t> merge_id) const {
   return latest.state != merge_t::DONE || cursor_.HasReached(latest.ledger_seq);
 }
 
-// The final model stands: what is offered now waits until the finish is over.
-bool SubmapRun::IsFinal() const {
-  const FinishState& finish = ledger_.session.finish();
-  return finish.state == finish_t::SETTLED && cursor_.seq() >= finish.settled_seq;
-}
-
-// All photos' matches are in the map, and the finish is not settled.
-bool SubmapRun::IsDrained() const {
-  const FinishState& finish = ledger_.session.finish();
-  return finish.state == finish_t::DRAINED && cursor_.seq() >= finish.drained_seq;
-}
-
-// The finish was cut, and did without this submap.
-bool SubmapRun::IsOver(const Item& step_of_finish) const {
-  const SessionState& session = ledger_.session;
-  return !session.finishing() || session.finish().finish_id != step_of_finish.id;
-}
-
 // A checkpoint must not supersede the final model before the finish is over: it tells less.
 bool SubmapRun::WriteDueModel() {
   const auto kind = writer_.Due(num_images(), submissions_.empty());
-  if (!kind || (*kind == ModelWriter::Kind::kCheckpoint && IsFinal())) return false;
+  if (!kind || (*kind == ModelWriter::Kind::kCheckpoint && finish_.IsFinal())) return false;
   WriteModel(*kind);
   return true;
 }
@@ -209,11 +175,7 @@ bool SubmapRun::WriteDueModel() {
 bool SubmapRun::GoOn() {
   cursor_.Close();
   Report(reports_.FindLost(cursor_));
-  if (std::exchange(consolidate_due_, false)) {
-    Consolidate();
-    return true;
-  }
-  if (WriteDueModel()) return true;
+  if (finish_.ConsolidateIfDue() || WriteDueModel()) return true;
   if (const std::optional<Item> item = cursor_.Next()) {
     status_due_ = true;
     DoItem(*item);
@@ -384,38 +346,7 @@ void SubmapRun::TryNext() {
 void SubmapRun::DoItem(const Item& item) {
   // A photo that came later tells so of a map that one weak pair began.
   if (IsOfOneSpot(ledger_.session, submap_id())) return Dissolve("its photos are of one spot");
-  switch (item.kind) {
-    case Item::Kind::kMatches:
-      return DoMatches(item.id);
-    case Item::Kind::kDrained:
-      if (IsOver(item)) return;
-      return Consolidate();
-    case Item::Kind::kBatch:
-      return DoBatch(item);
-    case Item::Kind::kSettled:
-      return DoSettled(item);
-  }
-}
-
-void SubmapRun::Consolidate() {
-  const std::string step = ConsolidationStep(FinishId());
-  if (IsLeftOut(step)) return Pump();
-  doing_ = "consolidates" + About(consolidate_s_);
-  PublishStatus();
-  RunJob(
-      step,
-      [by_place = IsMappedWithItsPlace()](Submap& submap, Outcome* outcome) {
-        if (by_place) submap.NoteMappedAnew();
-        submap.Consolidate(outcome->Sink());
-      },
-      [this](const Outcome& outcome) { Apply(outcome); });
-}
-
-// In a finish a place is mapped again once: by BATCH where it has several maps, else with its map's
-// first consolidation.
-bool SubmapRun::IsMappedWithItsPlace() const {
-  return ledger_.session.finish().batch_seq > 0 ||
-         IsOfDividedPlace(FindPlaces(ledger_.session), submap_id());
+  item.kind == Item::Kind::kMatches ? DoMatches(item.id) : finish_.Do(item);
 }
 
 // A photo is the submap's business when it has a verified pair with a registered one.
@@ -427,51 +358,6 @@ void SubmapRun::DoMatches(int64_t image_id) {
     offered_.Offer(image_id);
     return;
   }
-}
-
-// The largest map of a place that has several takes all photos of the place, and is mapped again.
-void SubmapRun::DoBatch(const Item& item) {
-  const std::string step = BatchStep(item.id);
-  if (IsOver(item) || IsLeftOut(step)) return;
-  const std::vector<Place> places = FindPlaces(ledger_.session);
-  const Place* place = FindDividedPlace(places, submap_id());
-  if (place == nullptr) return;
-  std::vector<std::vector<int64_t>> others;
-  for (const int64_t id : place->submaps) {
-    if (id != submap_id()) others.push_back(ledger_.session.RegisteredIn(id));
-  }
-  LoadPhotos(place->photos, [this, step, others,
-                             num = place->photos.size()](const FetchedPhotos& photos) {
-    doing_ = "maps " + std::to_string(num) + " photos anew as a batch";
-    PublishStatus();
-    RunJob(
-        step,
-        [photos, others](Submap& submap, Outcome* outcome) {
-          AddToSubmap(photos, &submap);
-          submap.MapAsBatch({true, others, AbsorbInto(&submap, outcome->Sink())}, outcome->Sink());
-        },
-        [this](const Outcome& outcome) { Apply(outcome); });
-  });
-}
-
-void SubmapRun::DoSettled(const Item& item) {
-  if (IsOver(item)) return;
-  if (ledger_.session.FindSubmap(submap_id())->final_ledger_seq >= item.seq) return;
-  const std::string step = FinalStep(item.id);
-  const auto ask_for_final = [this] {
-    statistics_due_s_ = 0;
-    writer_.AskForFinal();
-    Pump();
-  };
-  if (IsLeftOut(step)) return ask_for_final();
-  doing_ = "final adjustment" + About(finish_s_);
-  PublishStatus();
-  RunJob(
-      step, [](Submap& submap, Outcome* outcome) { submap.Finish(outcome->Sink()); },
-      [this, ask_for_final](const Outcome& outcome) {
-        Report(outcome.events);
-        ask_for_final();
-      });
 }
 
 void SubmapRun::DoMerge(int64_t merge_id) {
@@ -488,13 +374,13 @@ void SubmapRun::OnMergeOver() {
   if (!state_.Is(Life::kRunning)) return;
   state_.Become(Activity::kNone);
   more_ = true;
-  if (IsDrained()) return Consolidate();
+  if (finish_.IsDrained()) return finish_.Consolidate();
   Pump();
 }
 
 // In small parts, so that a photo that comes does not wait.
 void SubmapRun::Maintain() {
-  if (!IsFree() || !maintaining_ || writer_.AwaitsFinal() || IsCut()) return;
+  if (!IsFree() || !maintaining_ || writer_.AwaitsFinal() || finish_.IsCut()) return;
   if (IsLeftOut(MaintenanceStep())) return;
   const double idle_s = node_.loop().now_s() - last_event_s_;
   RunJob(
@@ -518,26 +404,12 @@ void SubmapRun::MaintainSoon() {
   }));
 }
 
-// A final model is assessed first: a step of its own, without which the model is written all the
-// same.
 void SubmapRun::WriteModel(ModelWriter::Kind kind) {
   state_.Become(Activity::kWriting);
-  const std::string step = AssessmentStep(FinishId());
-  if (kind == ModelWriter::Kind::kCheckpoint || IsLeftOut(step)) return Encode(kind, std::nullopt);
-  RunOnWorker(
-      step,
-      [photos = FactsOfPhotos(), target_gsd_mm = target_gsd_mm_](Submap& submap) {
-        return AssessModel(submap.map().reconstruction(), photos, target_gsd_mm);
-      },
-      [this, kind](ModelAssessment assessment) {
-        if (!state_.Is(Life::kEnded)) Encode(kind, std::move(assessment));
-      });
-}
-
-// Up to SETTLED, so that all final models of a finish lie in one frame on the earth.
-PhotoFacts SubmapRun::FactsOfPhotos() const {
-  const SessionState& session = ledger_.session;
-  return {PositionsOf(session, session.finish().settled_seq), TexturesOf(session)};
+  if (kind == ModelWriter::Kind::kCheckpoint) return Encode(kind, std::nullopt);
+  finish_.Assess([this, kind](std::optional<ModelAssessment> assessment) {
+    if (!state_.Is(Life::kEnded)) Encode(kind, std::move(assessment));
+  });
 }
 
 void SubmapRun::Encode(ModelWriter::Kind kind, std::optional<ModelAssessment> assessment) {
@@ -585,9 +457,7 @@ void SubmapRun::OnJob(const Outcome& outcome, const OnOutcome& then) {
   if (state_.Is(Life::kEnded)) return;
   state_.Become(Activity::kNone);
   shape_.NoteChange(HasRegistered(outcome.events));
-  doing_.clear();
-  consolidate_s_ = outcome.consolidate_s;
-  finish_s_ = outcome.finish_s;
+  finish_.OnJobOver(outcome.consolidate_s, outcome.finish_s);
   if (outcome.statistics) {
     statistics_ = *outcome.statistics;
     // They visit all points: at most a hundredth of the time.
@@ -641,7 +511,7 @@ void SubmapRun::Submit(Fact fact, Submissions::OnCommitted committed,
   submissions_.Submit(std::move(fact), cursor_.seq(), std::move(committed), std::move(refused));
 }
 
-int64_t SubmapRun::StatusSeq() const {
+int64_t SubmapRun::told_seq() const {
   int64_t seq = cursor_.done_seq();
   if (!submissions_.empty()) seq = std::min(seq, submissions_.FirstSeq() - 1);
   return std::max<int64_t>(0, seq);
@@ -658,7 +528,7 @@ void SubmapRun::PublishStatus() {
   const merge_t* merge = merges_.ordered();
   if (merge != nullptr && merge->source_id == submap_id()) status.state = submap_status_t::FROZEN;
   status.detail = Detail();
-  status.ledger_seq = StatusSeq();
+  status.ledger_seq = told_seq();
   status.memory_bytes = ResidentMemoryBytes();
   node_.Publish(kSubmapStatusChannel, status);
 }
@@ -669,7 +539,7 @@ std::string SubmapRun::Detail() const {
     return merge->source_id == submap_id() ? "merges into map " + std::to_string(merge->target_id)
                                            : "absorbs map " + std::to_string(merge->source_id);
   }
-  if (!doing_.empty() || !ledger_.session.finishing()) return doing_;
+  if (!finish_.doing().empty() || !ledger_.session.finishing()) return finish_.doing();
   if (state_.Is(Activity::kWriting)) return "writes its model";
   return backlog() > 0 ? "photos to try: " + std::to_string(backlog()) : "";
 }
@@ -684,48 +554,14 @@ void SubmapRun::Tick() {
   MaintainSoon();
 }
 
-// A map that is behind its ledger gives no answer: after a restart it may yet have to place what
-// the asker knows of, and a photo that is not through matching would be loaded without its pairs.
-bool SubmapRun::MayAnswer(const std::vector<int64_t>& image_ids) const {
-  const SubmapLife& submap = *ledger_.session.FindSubmap(submap_id());
-  return state_.Is(Life::kRunning) &&
-         std::all_of(image_ids.begin(), image_ids.end(), [&](int64_t id) {
-           const PhotoState* photo = ledger_.session.FindPhoto(id);
-           return photo != nullptr && photo->through_matching() &&
-                  (reports_.IsRegistered(id) || !submap.IsRegistered(id));
-         });
-}
-
-// Guests take seconds, and more where the worker is busy. The merger asks again meanwhile, for
-// something else when it has given this up: one at a time.
 void SubmapRun::Answer(const shared_request_t& request) {
-  if (answering_ || !MayAnswer(request.image_ids)) return;
-  const std::string step = ComparisonStep(request.other_submap_id);
-  if (IsLeftOut(step)) return Reply(request.request_id, EncodeSharedImages({}));
-  answering_ = true;
-  photos_.Load(request.image_ids, [this, step, ids = request.image_ids,
-                                   request_id = request.request_id](const FetchedPhotos& photos) {
-    RunOnWorker(
-        step,
-        [photos, ids](Submap& submap) {
-          const Status added = AddToSubmap(photos, &submap);
-          if (!added.ok()) LogWarn("a photo that cannot be compared: {}", added.error());
-          return EncodeSharedImages(submap.ExportShared(ids));
-        },
-        [this, request_id](Bytes shared) { Reply(request_id, std::move(shared)); });
-  });
+  if (state_.Is(Life::kRunning)) answers_.Answer(request);
 }
 
-void SubmapRun::Reply(int64_t request_id, Bytes shared) {
-  answering_ = false;
-  shared_reply_t reply{};
-  reply.request_id = request_id;
-  reply.submap_id = submap_id();
-  reply.epoch = epoch();
-  reply.owner = node_.instance();
-  reply.blob_id = node_.blobs().Serve(std::move(shared));
-  reply.ledger_seq = StatusSeq();
-  node_.Publish(kSharedReplyChannel, reply);
+void SubmapRun::AskForFinal() {
+  statistics_due_s_ = 0;
+  writer_.AskForFinal();
+  Pump();
 }
 
 void SubmapRun::Dissolve(const std::string& reason) {

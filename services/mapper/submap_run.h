@@ -10,6 +10,8 @@
 
 #include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
+#include "mapper/comparison_answers.h"
+#include "mapper/finish_steps.h"
 #include "mapper/item_log.h"
 #include "mapper/lease.h"
 #include "mapper/merge_executor.h"
@@ -76,6 +78,7 @@ class SubmapRun {
   int64_t submap_id() const { return lease_.submap_id; }
   int64_t epoch() const { return lease_.epoch; }
   int num_images() const { return reports_.num_registered(); }
+  bool IsRegistered(int64_t image_id) const { return reports_.IsRegistered(image_id); }
   int backlog() const { return cursor_.num_left() + offered_.num_ours(); }
 
   // The ledger has another fact.
@@ -84,14 +87,44 @@ class SubmapRun {
   void Tick();
   void Answer(const shared_request_t& request);
 
-  // For merges.
+  // For the run's parts: merges, a finish, answers.
+
+  // Result of a job, for the loop.
+  struct Outcome {
+    std::vector<PhotoEvent> events;
+    bool more = false;         // the submap's queue is not empty
+    bool maintaining = false;  // the submap has to tidy up after a background BA
+    Status status;
+    std::optional<SubmapStatistics> statistics;
+    double statistics_s = 0;                 // that they took
+    double consolidate_s = 0, finish_s = 0;  // roughly, if they came next
+
+    Submap::EventSink Sink() {
+      return [this](const PhotoEvent& event) { events.push_back(event); };
+    }
+  };
+  using Job = std::function<void(Submap&, Outcome*)>;
+  using OnOutcome = std::function<void(const Outcome&)>;
+
   int64_t worked_seq() const { return cursor_.seq(); }
+  // Everything up to here is done, and the ledger has taken what it was told of it.
+  int64_t told_seq() const;
   // On the worker's thread, see SubmapWorker. The submap knows by then what others hold.
   template <class Job, class Then>
   void RunOnWorker(const std::string& step, Job job, Then then) {
     TellHeldElsewhere();
     worker_.Run(step, std::move(job), std::move(then));
   }
+  // The same as the run's activity; then `then`.
+  void RunJob(const std::string& step, Job job, OnOutcome then);
+  // Reports a job's events and goes on.
+  void Apply(const Outcome& outcome);
+  // Does what there is to do until something is under way, or nothing is left.
+  void Pump();
+  void PublishStatus();
+  // The final model is written next.
+  void AskForFinal();
+  void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
   void LoadModel(const std::string& step, const std::string& blob_id,
                  ModelLoader::OnLoaded on_loaded);
   // Whether a step failed three times, and its last reason.
@@ -112,32 +145,10 @@ class SubmapRun {
   void OnMergeOver();
 
  private:
-  // Result of a job, for the loop.
-  struct Outcome {
-    std::vector<PhotoEvent> events;
-    bool more = false;         // the submap's queue is not empty
-    bool maintaining = false;  // the submap has to tidy up after a background BA
-    Status status;
-    std::optional<SubmapStatistics> statistics;
-    double statistics_s = 0;                 // that they took
-    double consolidate_s = 0, finish_s = 0;  // roughly, if they came next
-
-    Submap::EventSink Sink() {
-      return [this](const PhotoEvent& event) { events.push_back(event); };
-    }
-  };
-  using Job = std::function<void(Submap&, Outcome*)>;
-  using OnOutcome = std::function<void(const Outcome&)>;
-
   bool IsFree() const { return state_.Is(Life::kRunning) && state_.IsIdle(); }
-  void Pump();
   bool DoNext();
   bool GoOn();
   bool IsTurnOfMerge(std::optional<int64_t> merge_id) const;
-  bool IsFinal() const;
-  bool IsDrained() const;
-  bool IsOver(const Item& step_of_finish) const;
-  bool IsCut() const { return ledger_.session.finish().is_cut(); }
   bool WriteDueModel();
   void Begin();
   void Seed(const seed_t& seed);
@@ -149,33 +160,20 @@ class SubmapRun {
   void TryNext();
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
-  void Consolidate();
-  bool IsMappedWithItsPlace() const;
-  void DoBatch(const Item& item);
-  void DoSettled(const Item& item);
   void DoMerge(int64_t merge_id);
   void Maintain();
   void MaintainSoon();
   void WriteModel(ModelWriter::Kind kind);
-  PhotoFacts FactsOfPhotos() const;
   void Encode(ModelWriter::Kind kind, std::optional<ModelAssessment> assessment);
 
-  void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
   void TellHeldElsewhere();
-  void RunJob(const std::string& step, Job job, OnOutcome then);
   void OnJob(const Outcome& outcome, const OnOutcome& then);
-  void Apply(const Outcome& outcome);
   void OfferNeighboursOf(const std::vector<PhotoEvent>& events);
   void OfferNeighboursOf(int64_t image_id);
 
-  bool MayAnswer(const std::vector<int64_t>& image_ids) const;
-  void Reply(int64_t request_id, Bytes shared);
-  int64_t StatusSeq() const;
-  void PublishStatus();
   std::string Detail() const;
   void LeaveOutSteps();
   void LeaveOutPhotos();
-  int64_t FinishId() const { return ledger_.session.finish().finish_id; }
   void Fail(const std::string& step, const std::string& reason);
   void End(const Ending& ending);
 
@@ -183,7 +181,6 @@ class SubmapRun {
   const LedgerView ledger_;
   const Lease lease_;
   const OnEnd on_end_;
-  const double target_gsd_mm_;
 
   const std::shared_ptr<std::atomic<bool>> is_cut_;  // IsCut for the worker's thread
   RunState state_;
@@ -192,24 +189,21 @@ class SubmapRun {
   Submissions submissions_;
   PhotoReports reports_;
   OfferedPhotos offered_;
-  bool answering_ = false;  // a request for shared photos
   PhotoLoader photos_;
   ModelLoader models_;
   ModelWriter writer_;
   ShapeTeller shape_;
   MergeExecutor merges_;
+  FinishSteps finish_;
+  ComparisonAnswers answers_;
 
-  bool more_ = false;  // the submap's queue is not empty
-  // A comparison has failed since: photos may have come from the other submap.
-  bool consolidate_due_ = false;
+  bool more_ = false;         // the submap's queue is not empty
   bool maintaining_ = false;  // see Submap::Maintain
   bool maintenance_is_due_ = false;
   bool status_due_ = false;  // an item was done since the last status
   double last_event_s_ = 0;
   SubmapStatistics statistics_;  // of the last job that computed them
   double statistics_due_s_ = 0;
-  double consolidate_s_ = 0, finish_s_ = 0;  // as of the last job
-  std::string doing_;                        // the part of a finish that the worker is at
   Alive alive_;
 };
 

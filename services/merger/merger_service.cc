@@ -30,11 +30,21 @@ int64_t RandomRequestId() {
   return (static_cast<int64_t>(device()) << 20) + 1;
 }
 
-Sim3Result EstimateBothWays(const std::vector<SharedView>& source,
-                            const std::vector<SharedView>& target, const Sim3Options& options) {
-  Sim3Result result = EstimateSim3(PairSharedViews(source, target), options);
+// The same photos, with the source for the target and the reverse.
+std::vector<SharedPhoto> Reversed(std::vector<SharedPhoto> shared) {
+  for (SharedPhoto& photo : shared) {
+    std::swap(photo.source_camera, photo.target_camera);
+    std::swap(photo.cam_from_source, photo.cam_from_target);
+    for (auto& point : photo.points) std::swap(point.source_xyz, point.target_xyz);
+  }
+  return shared;
+}
+
+// The reverse way only where the first finds none.
+Sim3Result EstimateBothWays(std::vector<SharedPhoto> shared, const Sim3Options& options) {
+  Sim3Result result = EstimateSim3(shared, options);
   if (result.success) return result;
-  Sim3Result reverse = EstimateSim3(PairSharedViews(target, source), options);
+  Sim3Result reverse = EstimateSim3(Reversed(std::move(shared)), options);
   if (!reverse.success) return result;
   reverse.target_from_source = reverse.target_from_source.Inverse();
   return reverse;
@@ -57,10 +67,10 @@ Estimated EstimateFrom(const Bytes& source_blob, const Bytes& target_blob, bool 
         "bad shared images: " + (source.ok() ? target.error() : source.error());
     return estimated;
   }
-  const std::vector<SharedView> source_views = ViewsOf(*source), target_views = ViewsOf(*target);
-  const int num_both = static_cast<int>(PairSharedViews(source_views, target_views).size());
+  std::vector<SharedPhoto> shared = PairSharedViews(ViewsOf(*source), ViewsOf(*target));
+  const int num_both = static_cast<int>(shared.size());
   if (finishing) AdaptToFewImages(std::max(1, num_both), &estimated.options);
-  estimated.result = EstimateBothWays(source_views, target_views, estimated.options);
+  estimated.result = EstimateBothWays(std::move(shared), estimated.options);
   return estimated;
 }
 
@@ -324,13 +334,14 @@ void MergerService::OnSharedBlob(int64_t submap_id, int64_t request_id, Result<B
 void MergerService::ComputeEstimate() {
   estimate_->computing = true;
   const MergeAttempt attempt = estimate_->attempt;
-  const Bytes source = *estimate_->blobs.at(attempt.source_id);
-  const Bytes target = *estimate_->blobs.at(attempt.target_id);
+  Bytes source = std::move(*estimate_->blobs.at(attempt.source_id));
+  Bytes target = std::move(*estimate_->blobs.at(attempt.target_id));
   Sim3Options options;
   options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
   const double started_s = estimate_->started_s;
   const bool finishing = IsFinishing();
-  worker_.Run([=] { return EstimateFrom(source, target, finishing, options); },
+  worker_.Run([source = std::move(source), target = std::move(target), finishing,
+               options] { return EstimateFrom(source, target, finishing, options); },
               [=](const Estimated& estimated) {
                 OnEstimated(attempt, estimated.options, estimated.result,
                             node_.loop().now_s() - started_s);

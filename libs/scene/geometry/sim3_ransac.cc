@@ -229,6 +229,7 @@ void Report(const std::vector<SharedPhoto>& shared, const std::vector<size_t>& u
 
 Sim3Result TooFew(const std::vector<size_t>& usable, const std::vector<SharedPhoto>& shared) {
   Sim3Result result;
+  result.num_usable_images = static_cast<int>(usable.size());
   result.reason = std::to_string(usable.size()) + " of " + std::to_string(shared.size()) +
                   " shared images have enough common points";
   return result;
@@ -257,6 +258,7 @@ std::vector<size_t> UsableOf(const std::vector<std::optional<ImageHypothesis>>& 
 Sim3Result Refine(const Similarity& initial, const std::vector<SharedPhoto>& shared,
                   const std::vector<size_t>& usable, const Sim3Options& options) {
   Sim3Result result;
+  result.num_usable_images = static_cast<int>(usable.size());
   result.target_from_source = RefineBest(shared, usable, initial, options);
   Report(shared, usable, options, &result);
   const int num_inlier_images = static_cast<int>(result.inlier_image_ids.size());

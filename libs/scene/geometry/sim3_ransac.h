@@ -76,6 +76,7 @@ struct Sim3Result {
   std::string reason;  // why not
   Similarity target_from_source;
   std::vector<int64_t> inlier_image_ids;  // ascending
+  int num_usable_images = 0;              // with enough common points: they may agree
   int num_common_points = 0;
   int num_inlier_points = 0;   // in inlier photos
   double mean_error_px = 0.0;  // mean of both directions over the inlier points

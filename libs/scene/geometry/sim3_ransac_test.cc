@@ -263,6 +263,7 @@ TEST(Sim3, GoesOnFromASimilarityThatStillFits) {
   const Sim3Result result = RefineSim3From(near, scene.shared_, {});
   ExpectTruth(scene, result, 1e-3);
   EXPECT_EQ(result.inlier_image_ids.size(), 6u);
+  EXPECT_EQ(result.num_usable_images, 10);
   EXPECT_EQ(result.num_trials, 0);
 }
 

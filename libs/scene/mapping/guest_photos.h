@@ -16,8 +16,8 @@ class GuestPhotos {
   GuestPhotos(const GuestPhotos&) = delete;
   GuestPhotos& operator=(const GuestPhotos&) = delete;
 
-  // No effect where the photo's trial fails.
-  void Place(ImageId id, const TrialContext& context);
+  // No effect where the photo's trial fails. `found`: poses of the comparison before; null: none.
+  void Place(ImageId id, const TrialContext& context, FoundPoses* found = nullptr);
   int size() const { return static_cast<int>(trials_.size()); }
 
  private:

@@ -18,9 +18,10 @@ PhotoTrial::PhotoTrial(const TrialContext& context, ImageId id, SceneMap* map)
 
 double PhotoTrial::total_s() const { return MonotonicS() - start_s_; }
 
-bool PhotoTrial::FindPose() {
+bool PhotoTrial::FindPose(FoundPoses* found) {
   visible_ = FindVisiblePoints(map_, id_);
-  estimate_ = EstimatePose(map_, id_, visible_, context_);
+  estimate_ = found != nullptr ? found->Estimate(map_, id_, visible_, context_)
+                               : EstimatePose(map_, id_, visible_, context_);
   register_s_ = total_s();
   return estimate_.ok;
 }

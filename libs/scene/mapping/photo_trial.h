@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "mapping/found_poses.h"
 #include "mapping/placement.h"
 
 namespace skein {
@@ -24,8 +25,8 @@ class PhotoTrial {
   PhotoTrial(const TrialContext& context, ImageId id, SceneMap* map);
 
   // 2D-3D correspondences and an absolute pose from them. Changes nothing in the map. False if
-  // there is none; estimate().refusal says why.
-  bool FindPose();
+  // there is none; estimate().refusal says why. `found`: of guests; null: none is known.
+  bool FindPose(FoundPoses* found = nullptr);
   // Registers the photo, triangulates its matches, refines its pose with its points.
   void Place();
   // After Place().

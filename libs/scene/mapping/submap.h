@@ -11,6 +11,7 @@
 #include "map/scene_map.h"
 #include "mapping/adjuster.h"
 #include "mapping/consistency.h"
+#include "mapping/found_poses.h"
 #include "mapping/guest_photos.h"
 #include "mapping/initial_pair.h"
 #include "mapping/maintenance.h"
@@ -147,8 +148,8 @@ class Submap {
   SharedImages ExportShared(const std::vector<int64_t>& image_ids);
 
   // Registers photos of another submap beside it: the two are compared through photos that both
-  // hold. Their trials are as strict as they can be. The guests stay until the returned object is
-  // destroyed.
+  // hold. Their trials are as strict as they can be. Guests whose poses are known from the call
+  // before (found_poses.h) come first. The guests stay until the returned object is destroyed.
   std::unique_ptr<GuestPhotos> PlaceGuests(const std::vector<int64_t>& image_ids);
   // The model's photos that are here and not registered, those with most matches to registered
   // ones and to those before them, at most `max_num`.
@@ -216,6 +217,7 @@ class Submap {
   Adjuster adjuster_;
   Consistency consistency_;
   Maintenance maintenance_;
+  FoundPoses found_poses_;         // of guests
   ImageId first_ = 0;              // of the initial pair
   bool is_maintained_ = true;      // see LeaveOutMaintenance
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for

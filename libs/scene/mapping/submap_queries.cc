@@ -57,27 +57,36 @@ SharedImages Submap::ExportShared(const std::vector<int64_t>& image_ids) {
 // submap is judged by what it misses, too. One that sees few points follows its neighbours.
 std::unique_ptr<GuestPhotos> Submap::PlaceGuests(const std::vector<int64_t>& image_ids) {
   auto guests = std::make_unique<GuestPhotos>(map_.get());
-  std::vector<std::pair<ImageId, size_t>> left;  // with the points that each sees
-  const auto count_visible = [&] {
-    for (auto& [id, num_visible] : left) num_visible = FindVisiblePoints(*map_, id).size();
+  found_poses_.BeginNext();
+  struct Candidate {
+    ImageId id;
+    TrialContext context;
+    std::pair<bool, size_t> rank;  // its pose is known; points that it sees
+  };
+  std::vector<Candidate> left;
+  const auto rank_all = [&] {
+    for (auto& [id, context, rank] : left) {
+      const VisiblePoints visible = FindVisiblePoints(*map_, id);
+      rank = {found_poses_.Knows(*map_, id, visible, context), visible.size()};
+    }
   };
   for (const int64_t image_id : image_ids) {
     if (!map_->HasPhoto(image_id) || map_->IsRegistered(image_id)) continue;
     if (waiting_.left_out().count(image_id) > 0) continue;
-    left.emplace_back(static_cast<ImageId>(image_id), 0);
+    const ImageId id = static_cast<ImageId>(image_id);
+    left.push_back({id, waiting_.ContextOf(id), {}});
+    left.back().context.matches_similar_place = true;
   }
-  count_visible();
+  rank_all();
   while (!left.empty()) {
     const auto best = std::max_element(
-        left.begin(), left.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    const ImageId id = best->first;
+        left.begin(), left.end(), [](const auto& a, const auto& b) { return a.rank < b.rank; });
+    const Candidate next = *best;
     left.erase(best);
-    TrialContext context = waiting_.ContextOf(id);
-    context.matches_similar_place = true;
     const int num_before = guests->size();
-    const auto part = options_.Enter(SubmapOptions::Part::kPhoto, id);
-    guests->Place(id, context);
-    if (guests->size() > num_before) count_visible();
+    const auto part = options_.Enter(SubmapOptions::Part::kPhoto, next.id);
+    guests->Place(next.id, next.context, &found_poses_);
+    if (guests->size() > num_before) rank_all();
   }
   return guests;
 }

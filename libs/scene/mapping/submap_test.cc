@@ -34,6 +34,25 @@ TEST(Submap, ShowsAPhotoThatItDoesNotHoldAsItWouldHoldIt) {
   EXPECT_FALSE(rig.map.map().IsRegistered(2));
 }
 
+TEST(Submap, ShowsAPhotoAgainAsBefore) {
+  SubmapRig rig({});
+  ASSERT_TRUE(rig.Start(0, 2));
+  for (const size_t photo : {3, 4, 6, 7}) rig.Feed(photo);
+  for (const size_t photo : {1, 5}) {
+    rig.map.SetHeldElsewhere(static_cast<int64_t>(photo) + 1, true);
+    rig.Add(photo);
+  }
+  const SharedImages shown = rig.map.ExportShared({2, 6});
+  const SharedImages again = rig.map.ExportShared({6, 2, 3});
+  ASSERT_EQ(shown.size(), 2u);
+  ASSERT_EQ(again.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(again[0].tvec[i], shown[1].tvec[i], 1e-9);
+    EXPECT_NEAR(again[1].tvec[i], shown[0].tvec[i], 1e-9);
+  }
+  EXPECT_EQ(again[0].points.size(), shown[1].points.size());
+}
+
 TEST(Submap, LeavesAPhotoToTheSubmapThatSeesFarMoreOfItsPoints) {
   SubmapRig run(SyntheticOptions{});
   run.FeedAll();

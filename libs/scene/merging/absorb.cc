@@ -8,6 +8,7 @@
 #include "core/option_check.h"
 #include "map/filters.h"
 #include "map/image_pose.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -77,7 +78,7 @@ class PossiblePart {
   explicit PossiblePart(const Reconstruction& model) : model_(model) {
     const std::set<CameraId> impossible = ImpossibleCameras(model);
     if (impossible.empty()) return;
-    part_ = model;
+    part_ = CopyRegistered(model);
     for (const ImageId id : model.RegImageIds()) {
       if (impossible.count(model.Image(id).CameraId()) == 0) continue;
       part_->DeRegisterImage(id);
@@ -92,20 +93,6 @@ class PossiblePart {
   std::optional<Reconstruction> part_;
   std::vector<ImageId> left_out_;
 };
-
-// A camera that goes astray in the adjustment keeps the intrinsics that it came with.
-Status AdjustWithPossibleCameras(const AbsorbOptions& options, AbsorbResult* result) {
-  SeamIntrinsics intrinsics = options.intrinsics;
-  const Reconstruction before = result->merged;
-  for (;;) {
-    result->bundle = AdjustSeam(result->seam, intrinsics, &result->merged);
-    if (!result->bundle.usable) return FailedPrecondition("the adjustment of the seam failed");
-    const std::set<CameraId> astray = ImpossibleCameras(result->merged);
-    if (astray.empty()) return Status::Ok();
-    intrinsics.fixed.insert(astray.begin(), astray.end());
-    result->merged = before;
-  }
-}
 
 Status CheckBothModels(const Reconstruction& target, const Reconstruction& source,
                        AbsorbResult* result) {
@@ -142,7 +129,7 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
                                 const Similarity& target_from_source,
                                 const AbsorbOptions& options) {
   AbsorbResult result;
-  result.merged = target;
+  result.merged = CopyRegistered(target);
   result.fused = FuseModels(source, target_from_source, options.sim3, &result.merged);
   result.status = result.fused.status;
   if (result.status.ok() && options.verify) result.status = CheckFused(result.fused, options);
@@ -152,7 +139,9 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
   }
   if (!result.status.ok()) return result;
   result.seam = SeamOf(result.fused.agreeing, result.merged);
-  result.status = AdjustWithPossibleCameras(options, &result);
+  result.bundle = AdjustSeam(result.seam, options.intrinsics, &result.merged);
+  if (!result.bundle.usable)
+    result.status = FailedPrecondition("the adjustment of the seam failed");
   if (result.status.ok() && options.verify) {
     result.status = Verify(target, source, options, &result);
   }

@@ -1,5 +1,5 @@
-// Absorbs one submap into another: fuse, adjust the seam, verify. Pure: works on copies, so that a
-// merge which fails leaves nothing behind.
+// Absorbs one submap into another: fuse, adjust the seam, verify. Pure: works on one copy, so that
+// a merge which fails leaves nothing behind.
 #pragma once
 
 #include <set>
@@ -43,7 +43,8 @@ struct AbsorbResult {
 };
 
 // Throws std::invalid_argument on nonsensical options; every failure of the merge is a status.
-// `source` is in its own frame; both models keep COLMAP's conventions.
+// `source` is in its own frame; both models keep COLMAP's conventions. Either may hold photos that
+// are not registered; the merged model holds registered ones alone.
 AbsorbResult Absorb(const Reconstruction& target, const Reconstruction& source,
                     const Similarity& target_from_source, const AbsorbOptions& options);
 

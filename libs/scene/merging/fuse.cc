@@ -1,8 +1,10 @@
 #include "merging/fuse.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "geometry/sim3_score.h"
+#include "map/image_pose.h"
 #include "sfm/pose.h"
 #include "sfm/reprojection.h"
 
@@ -20,18 +22,22 @@ void SetPose(const CameraPose& pose, Image* image) {
   image->SetTvec(pose.translation);
 }
 
-SharedView ViewOf(const Reconstruction& model, ImageId id) {
-  const Image& image = model.Image(id);
-  SharedView view;
-  view.image_id = id;
-  view.camera = model.Camera(image.CameraId());
-  view.cam_from_world = PoseOf(image);
-  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
-    const Point2D& point2D = image.Point2D(i);
-    if (!point2D.HasPoint3D()) continue;
-    view.observations[i] = {model.Point3D(point2D.Point3DId()).XYZ(), point2D.XY()};
+SharedPhoto SharedPhotoOf(ImageId id, const Reconstruction& source, const Reconstruction& target) {
+  const Image &of_source = source.Image(id), &of_target = target.Image(id);
+  SharedPhoto shared{id,
+                     source.Camera(of_source.CameraId()),
+                     target.Camera(of_target.CameraId()),
+                     PoseOf(of_source),
+                     PoseOf(of_target),
+                     {}};
+  const Point2DIdx num_both = std::min(of_source.NumPoints2D(), of_target.NumPoints2D());
+  for (Point2DIdx i = 0; i < num_both; ++i) {
+    const Point2D &in_source = of_source.Point2D(i), &in_target = of_target.Point2D(i);
+    if (!in_source.HasPoint3D() || !in_target.HasPoint3D()) continue;
+    shared.points.push_back({i, source.Point3D(in_source.Point3DId()).XYZ(),
+                             target.Point3D(in_target.Point3DId()).XYZ(), in_source.XY()});
   }
-  return view;
+  return shared;
 }
 
 class Fuser {
@@ -251,14 +257,14 @@ std::set<ImageId> RegisteredIn(const Reconstruction& model) {
 
 std::vector<SharedPhoto> SharedPhotosOf(const Reconstruction& source,
                                         const Reconstruction& target) {
-  std::vector<SharedView> source_views, target_views;
-  const std::set<ImageId> registered = RegisteredIn(target);
+  std::vector<SharedPhoto> shared;
   for (const ImageId id : RegisteredIn(source)) {
-    if (!registered.count(id)) continue;
-    source_views.push_back(ViewOf(source, id));
-    target_views.push_back(ViewOf(target, id));
+    if (!IsRegisteredIn(target, id)) continue;
+    SharedPhoto photo = SharedPhotoOf(id, source, target);
+    const bool is_valid = photo.source_camera.VerifyParams() && photo.target_camera.VerifyParams();
+    if (is_valid) shared.push_back(std::move(photo));
   }
-  return PairSharedViews(source_views, target_views);
+  return shared;
 }
 
 FuseResult FuseModels(const Reconstruction& source, const Similarity& target_from_source,

@@ -15,7 +15,8 @@ namespace skein {
 // Ids of the registered photos.
 std::set<ImageId> RegisteredIn(const Reconstruction& model);
 
-// The photos registered in both models, with the points that both see through them.
+// The photos registered in both models, by id, with the points that both see through them. Photos
+// with an invalid camera are left out.
 std::vector<SharedPhoto> SharedPhotosOf(const Reconstruction& source, const Reconstruction& target);
 
 // Photos and points of the two models by outcome.

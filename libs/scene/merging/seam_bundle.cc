@@ -75,6 +75,18 @@ Bundle BuildSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& int
   return assembly.Take();
 }
 
+// Refined cameras whose intrinsics are impossible now.
+std::set<CameraId> AstrayCameras(const Bundle& bundle, const Reconstruction& model) {
+  std::set<CameraId> astray;
+  for (const BundleCamera& refined : bundle.cameras) {
+    if (refined.refined.empty()) continue;
+    Camera camera = model.Camera(refined.camera_id);
+    camera.SetParams(refined.params);
+    if (!HasPossibleIntrinsics(camera)) astray.insert(refined.camera_id);
+  }
+  return astray;
+}
+
 }  // namespace
 
 std::set<ImageId> SeamOf(const std::set<ImageId>& agreeing, const Reconstruction& merged,
@@ -97,15 +109,20 @@ std::set<Point3DId> PointsSeenBy(const std::set<ImageId>& images, const Reconstr
   return ids;
 }
 
-BundleSummary AdjustSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& intrinsics,
+BundleSummary AdjustSeam(const std::set<ImageId>& free_images, SeamIntrinsics intrinsics,
                          Reconstruction* model) {
-  Bundle bundle = BuildSeam(free_images, intrinsics, *model);
   BundleOptions solve;
   solve.max_iterations = 30;
   solve.function_tolerance = 1e-5;
-  const BundleSummary summary = SolveBundle(solve, &bundle);
-  if (summary.usable) ApplyBundle(bundle, model);
-  return summary;
+  for (;;) {
+    Bundle bundle = BuildSeam(free_images, intrinsics, *model);
+    const BundleSummary summary = SolveBundle(solve, &bundle);
+    const std::set<CameraId> astray =
+        summary.usable ? AstrayCameras(bundle, *model) : std::set<CameraId>();
+    if (summary.usable && astray.empty()) ApplyBundle(bundle, model);
+    if (astray.empty()) return summary;
+    intrinsics.fixed.insert(astray.begin(), astray.end());
+  }
 }
 
 }  // namespace skein
