@@ -1,5 +1,6 @@
 #include "features/features_service.h"
 
+#include <iterator>
 #include <utility>
 
 #include "core/clock.h"
@@ -50,17 +51,26 @@ void FeaturesService::StartIfKnown(int64_t image_id) {
   node_.blobs().Fetch(image->second.blob_id, "ingest",
                       [this, image = image->second](Result<Bytes> photo) {
                         if (!photo) return Fail(image.image_id, photo.error(), false);
-                        Compute(image, std::move(*photo));
+                        fetched_[image.image_id] = {image, std::move(*photo)};
+                        ComputeNext();
                       });
 }
 
-void FeaturesService::Compute(const image_t& image, Bytes photo) {
-  worker_.Run([this, image, photo = std::move(photo)] { return Describe(image, photo); },
-              [this, id = image.image_id](const Result<Described>& described) {
-                if (!described.ok()) {
-                  return Fail(id, described.error(), described.code() != StatusCode::kUnavailable);
+void FeaturesService::ComputeNext() {
+  if (fetched_.empty() || worker_.num_pending() > 0) return;
+  const auto newest = std::prev(fetched_.end());
+  const int64_t id = newest->first;
+  FetchedPhoto photo = std::move(newest->second);
+  fetched_.erase(newest);
+  work_.SetCurrent(id);
+  worker_.Run([this, photo = std::move(photo)] { return Describe(photo.image, photo.bytes); },
+              [this, id](const Result<Described>& described) {
+                if (described.ok()) {
+                  Submit(id, *described);
+                } else {
+                  Fail(id, described.error(), described.code() != StatusCode::kUnavailable);
                 }
-                Submit(id, *described);
+                ComputeNext();
               });
 }
 

@@ -11,7 +11,8 @@
 namespace skein {
 
 struct Item {
-  enum class Kind { kMatches, kDrained, kBatch, kSettled };
+  // kRest: the second part of a photo's matches.
+  enum class Kind { kMatches, kRest, kDrained, kBatch, kSettled };
   int64_t seq = 0;
   Kind kind = Kind::kMatches;
   int64_t id = 0;  // image id or finish id

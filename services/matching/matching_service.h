@@ -4,9 +4,11 @@
 // matches_t.
 
 #include <deque>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -27,19 +29,23 @@ namespace skein {
 // Holds two items: the pairs of one are matched on as many worker threads as the node may use, the
 // features of the other are fetched. The result depends on the photo's candidates and the ledger up
 // to computed_at_seq. The ledger grows with every pair, so pairs verified by other workers count at
-// once. Loop's thread only.
+// once.
+//
+// If a photo waits here for its first pairs, the active one ends after its best candidates: the
+// rest is another item of work (ledger/work_items.h). A rest that is active stops between two pairs
+// until the photo is done. One rest is held beside the two items. Loop's thread only.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);
 
  private:
-  // An item of work, from work_t until its result is committed.
+  // An item of work, a photo or the rest of one, from work_t until its result is committed.
   struct Job {
     std::optional<SecondLook> look;  // once the candidates are known
     PhotoFeaturesPtr photo;
     PhotoMatches matches;                // so far
     std::optional<CoarseSearch> search;  // once the candidates that `look` takes are matched
-    Timer since_begun;                   // from when it is the active one
+    Timer since_begun;                   // from when it is the active one, again after a stop
   };
 
   // A pair of the active job, taken and loaded, for the next free worker.
@@ -58,11 +64,14 @@ class MatchingService {
 
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
-  void StartIfKnown(int64_t image_id);
-  void LoadPhoto(int64_t image_id);
-  void OnPhotoLoaded(int64_t image_id, const Result<PhotoFeaturesPtr>& features);
+  void StartIfKnown(int64_t item);
+  void LoadPhoto(int64_t item);
+  void OnPhotoLoaded(int64_t item, const Result<PhotoFeaturesPtr>& features);
   void StartNext();
   void TakePairs();
+  // Whether the active item is to make place for a photo that waits for its first pairs.
+  bool MustYield() const;
+  void Yield();
   void LoadOther(int64_t other_id);
   // The search for further photos, a group at a time.
   void LookAtSome();
@@ -71,18 +80,22 @@ class MatchingService {
   void MatchReadyPairs();
   // No result: the other photo is damaged.
   void OnPairMatched(int64_t other_id, const std::optional<PairResult>& result);
-  void Submit();
-  void SubmitFact(int64_t image_id, matches_t fact);
+  // `part`: matches_t's.
+  void Submit(int8_t part);
+  void SubmitFact(int64_t item, matches_t fact);
+  void End(int64_t item);
   // By value: the reason may belong to the job that ends here.
-  void Fail(int64_t image_id, std::string reason, bool permanent);
+  void Fail(int64_t item, std::string reason, bool permanent);
+  void TellCapacity();
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
   const bool second_look_;
   SessionState session_;
   PhotoIndex index_{session_};
-  std::map<int64_t, Job> jobs_;
-  std::deque<int64_t> waiting_;    // jobs whose photo is loaded
+  std::map<int64_t, Job> jobs_;  // by item
+  std::set<int64_t, std::greater<>>
+      waiting_;                    // jobs whose photo is loaded: the newest first, then rests
   std::optional<int64_t> active_;  // the job that is matched
   std::deque<ReadyPair> ready_;
   int64_t num_done_ = 0;

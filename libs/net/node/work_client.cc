@@ -5,6 +5,7 @@
 
 #include "core/process.h"
 #include "event_loop/exit_signal.h"
+#include "ledger/work_items.h"
 
 namespace skein {
 namespace {
@@ -88,8 +89,7 @@ void WorkClient::Tell(work_failed_t message) {
 }
 
 void WorkClient::OnFailure(const failure_t& failure) {
-  const bool is_of_submap = failure.submap_id != 0;
-  if (failure.stage == kind_) failed_.erase(is_of_submap ? failure.submap_id : failure.image_id);
+  if (KindOfStage(failure.stage) == kind_) failed_.erase(ItemOfFailure(failure));
 }
 
 void WorkClient::SetCurrent(int64_t item_id) {

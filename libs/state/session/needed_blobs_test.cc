@@ -52,7 +52,11 @@ TEST_F(NeededBlobsTest, ArePhotosFeaturesAndMatches) {
   matches.image_id = 1;
   matches.pairs_blob = "pairs";
   ledger_.Commit(matches);
-  EXPECT_EQ(Needed(), (Set{"photo", "keypoints", "descriptors", "global", "pairs"}));
+  matches.part = matches_t::REST;
+  matches.pairs_blob = "further pairs";
+  ledger_.Commit(matches);
+  EXPECT_EQ(Needed(),
+            (Set{"photo", "keypoints", "descriptors", "global", "pairs", "further pairs"}));
 }
 
 TEST_F(NeededBlobsTest, AreTheNewestModelsOfLiveSubmaps) {
