@@ -351,8 +351,8 @@ void Describe(const KeypointPatch& patch, float* descriptor) {
   static const CellWeights weights;
   const float cell = 3 * patch.sigma;
   const float cosine = __builtin_cosf(patch.angle_rad), sine = __builtin_sinf(patch.angle_rad);
-  // By row of cells, bin and column of samples.
-  float sums[kCells][kBins][kSamples] = {};
+  // By row of cells, column of samples and bin.
+  float sums[kCells][kSamples][kBins] = {};
   for (int row = 0; row < kSamples; ++row) {
     const float v = cell * CellWeights::Place(row);
     float x[kSamples], y[kSamples];
@@ -364,27 +364,28 @@ void Describe(const KeypointPatch& patch, float* descriptor) {
     }
     SampleRow samples;
     SampleGradients(patch, x, y, cosine, sine, &samples);
-    for (int b = 0; b < kBins; ++b) {
-      float amounts[kSamples];
-      for (int i = 0; i < kSamples; ++i) {
+    float amounts[kSamples * kBins];
+    for (int i = 0; i < kSamples; ++i) {
+      for (int b = 0; b < kBins; ++b) {
         const float distance = Abs(samples.bin[i] - static_cast<float>(b));
         const float around = Min(distance, kBins - distance);
-        amounts[i] = samples.amount[i] * Max(1 - around, 0.f);
+        amounts[i * kBins + b] = samples.amount[i] * Max(1 - around, 0.f);
       }
-      for (int c = 0; c < kCells; ++c) {
-        const float weight = weights.of[row][c];
-        if (weight == 0) continue;
-        for (int i = 0; i < kSamples; ++i) sums[c][b][i] += weight * amounts[i];
-      }
+    }
+    for (int c = 0; c < kCells; ++c) {
+      const float weight = weights.of[row][c];
+      if (weight == 0) continue;
+      float* sum = sums[c][0];
+      for (int k = 0; k < kSamples * kBins; ++k) sum[k] += weight * amounts[k];
     }
   }
   for (int r = 0; r < kCells; ++r) {
     for (int c = 0; c < kCells; ++c) {
-      for (int b = 0; b < kBins; ++b) {
-        float sum = 0;
-        for (int i = 0; i < kSamples; ++i) sum += weights.of[i][c] * sums[r][b][i];
-        descriptor[(r * kCells + c) * kBins + b] = sum;
+      float sum[kBins] = {};
+      for (int i = 0; i < kSamples; ++i) {
+        for (int b = 0; b < kBins; ++b) sum[b] += weights.of[i][c] * sums[r][i][b];
       }
+      for (int b = 0; b < kBins; ++b) descriptor[(r * kCells + c) * kBins + b] = sum[b];
     }
   }
 }

@@ -7,6 +7,9 @@
 
 #if defined(__x86_64__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
+#include <sys/auxv.h>
 #endif
 
 namespace skein {
@@ -70,6 +73,32 @@ __attribute__((target("avx512f,avx512bw"))) int32_t DotAvx512(const int8_t* a, c
   return std::accumulate(lanes, lanes + 16, DotPortable(a + i, b + i, n - i));
 }
 
+#elif defined(__aarch64__)
+
+int32_t DotNeon(const int8_t* a, const int8_t* b, size_t n) {
+  constexpr size_t kLanes = 16;
+  int32x4_t low = vdupq_n_s32(0), high = low;
+  size_t i = 0;
+  for (; i + kLanes <= n; i += kLanes) {
+    const int8x16_t x = vld1q_s8(a + i), y = vld1q_s8(b + i);
+    low = vpadalq_s16(low, vmull_s8(vget_low_s8(x), vget_low_s8(y)));
+    high = vpadalq_s16(high, vmull_high_s8(x, y));
+  }
+  return vaddvq_s32(vaddq_s32(low, high)) + DotPortable(a + i, b + i, n - i);
+}
+
+#if !defined(__clang__) || __clang_major__ >= 16  // earlier ones don't know the attribute
+#define SKEIN_HAS_NEON_DOT
+__attribute__((target("arch=armv8.2-a+dotprod"))) int32_t DotNeonDot(const int8_t* a,
+                                                                     const int8_t* b, size_t n) {
+  constexpr size_t kLanes = 16;
+  int32x4_t sum = vdupq_n_s32(0);
+  size_t i = 0;
+  for (; i + kLanes <= n; i += kLanes) sum = vdotq_s32(sum, vld1q_s8(a + i), vld1q_s8(b + i));
+  return vaddvq_s32(sum) + DotPortable(a + i, b + i, n - i);
+}
+#endif
+
 #endif
 
 }  // namespace
@@ -79,6 +108,11 @@ std::vector<Int8Dot> Int8Dots() {
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx512bw")) versions.push_back(DotAvx512);
   if (__builtin_cpu_supports("avx2")) versions.push_back(DotAvx2);
+#elif defined(__aarch64__)
+#if defined(SKEIN_HAS_NEON_DOT)
+  if ((getauxval(AT_HWCAP) & HWCAP_ASIMDDP) != 0) versions.push_back(DotNeonDot);
+#endif
+  versions.push_back(DotNeon);
 #endif
   versions.push_back(DotPortable);
   return versions;
