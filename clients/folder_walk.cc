@@ -69,7 +69,11 @@ class Walker {
     if (IsSkippedName(path.filename().string())) {
       walk_.skipped.push_back(path);
     } else if (!entry.is_directory(vanished)) {
-      if (entry.is_regular_file(vanished)) walk_.files.push_back(path);
+      if (entry.is_regular_file(vanished)) {
+        walk_.files.push_back(path);
+      } else if (entry.is_symlink(vanished)) {
+        walk_.dangling.push_back(path);
+      }
     } else if (entry.is_symlink(vanished)) {
       links_.insert(path);
     } else if (IsNew(path)) {

@@ -16,6 +16,8 @@ struct FolderWalk {
   std::vector<std::filesystem::path> skipped;
   // Links to folders that are walked anyway, or to one that holds the walk's own folder.
   std::vector<std::filesystem::path> repeated;
+  // Links that lead to no file or folder, as when a disk is not mounted.
+  std::vector<std::filesystem::path> dangling;
   // Folders that may not be read.
   std::vector<std::filesystem::path> unreadable;
 };

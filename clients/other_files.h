@@ -27,7 +27,7 @@ class OtherFilesTeller {
  private:
   const std::string folder_;
   std::ostream& out_;
-  std::array<std::string, 4> told_;  // kinds, skipped, repeated, unreadable
+  std::array<std::string, 5> told_;  // kinds, skipped, repeated, dangling, unreadable
   double next_look_s_ = 0;
 };
 

@@ -260,6 +260,7 @@ OtherFiles FindOtherFiles(const fs::path& folder) {
   others.kinds = Text(kinds);
   others.skipped = Text(CountSkipped(walk.skipped));
   others.repeated = NamesOf(walk.repeated, folder);
+  others.dangling = NamesOf(walk.dangling, folder);
   others.unreadable = NamesOf(walk.unreadable, folder);
   return others;
 }

@@ -39,6 +39,7 @@ struct OtherFiles {
   bool have_heif = false;  // by their bytes
   std::string skipped;     // photos: "860 in @eaDir, 12 in .thumbnails, 3 ._*", most first
   std::string repeated;    // links to folders that are read anyway: "up, copies/all"
+  std::string dangling;    // links that lead to no file or folder
   std::string unreadable;  // folders
 };
 // Throws as WalkFolder does.

@@ -115,12 +115,14 @@ TEST_F(PhotoFolderTest, ListsPhotosOfAllFoldersByName) {
                                                      "left/deep/d.TIF"}));
 }
 
-TEST_F(PhotoFolderTest, FollowsLinksAndSkipsThoseThatLeadNowhere) {
+TEST_F(PhotoFolderTest, FollowsLinksAndTellsThoseThatLeadNowhere) {
   const TestFolder elsewhere;
   ASSERT_TRUE(WriteFileAtomic((elsewhere / "a.jpg").string(), SmallJpeg()).ok());
   fs::create_directory_symlink(elsewhere.path(), folder_ / "linked");
   fs::create_symlink(elsewhere / "none.jpg", folder_ / "dangling.jpg");
+  fs::create_symlink("itself.jpg", folder_ / "itself.jpg");
   EXPECT_EQ(Names("name"), std::vector<std::string>{"linked/a.jpg"});
+  EXPECT_EQ(FindOtherFiles(folder_.path()).dangling, "dangling.jpg, itself.jpg");
 }
 
 TEST_F(PhotoFolderTest, SkipsWhatIsHiddenThumbnailsAndTrash) {

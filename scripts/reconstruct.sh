@@ -30,7 +30,7 @@ names=() folders=()
 
 # has_photos DIR: any that `skein agent` takes
 has_photos() {
-  [[ -n $(find -L "$1" -type f \( -iname '*.jpg' -o -iname '*.jpeg' -o -iname '*.png' -o -iname '*.tif' -o -iname '*.tiff' \) -print -quit) ]]
+  [[ -n $(find -L "$1" -type f \( -iname '*.jpg' -o -iname '*.jpeg' -o -iname '*.png' -o -iname '*.tif' -o -iname '*.tiff' \) -print -quit 2>/dev/null) ]]
 }
 
 # add_images [NAME=]DIR
@@ -110,7 +110,7 @@ publish || status=1
 "$skein" finish --session "$session" --lcm-url "$url" || die "the session did not finish"
 jq -r 'def seconds: . * 100 | round / 100;
   (.images | "photos: \(.received) received, \(.registered) placed, \(.deferred) not placed, \(.failed) failed, \(.duplicates) duplicates"),
-  "maps: \(.submaps | length) of \([.submaps[].images] | join(", ")) photos, \([.merges[] | select(.state == "done")] | length) merged on the way",
+  "maps: \(.submaps | length)\(if .submaps == [] then "" else " of \([.submaps[].images] | join(", ")) photos" end), \([.merges[] | select(.state == "done")] | length) merged on the way",
   "photo to pose: half within \(.latency_s.p50 | seconds) s, 95 % within \(.latency_s.p95 | seconds) s, from receipt; \(.wall_s | seconds) s in all"' \
   "$session/report.json"
 is_accounted_for "$session/report.json" ||
@@ -124,7 +124,8 @@ if [[ -d $session/sparse/0 ]]; then
   say "model: $session/sparse/0 (\`skein export\` writes other formats)"
   say "in COLMAP: $(skein_command) export --session ${session@Q} --output ${session@Q}/export --format database && colmap gui --import_path ${session@Q}/sparse/0 --image_path ${session@Q}/images --database_path ${session@Q}/export/database.db"
 else
-  say "no model: no two photos overlap enough; $session/report.json tells of each photo"
+  why=$(jq -r '[.deferred[].cause] + [range(.images.failed) | "failed"] | group_by(.) | map("\(length) \(.[0])") | join(", ")' "$session/report.json")
+  say "no model${why:+: $why}; $session/report.json tells of each photo why, and what would help"
 fi
 say "in a browser: $(skein_command) view ${session@Q}"
 if ((keep)); then

@@ -721,6 +721,21 @@ TEST(WrittenNames, AreToldApart) {
       (WrittenNames{{1, "a_b_c.jpg"}, {2, "a_b_c~2.jpg"}, {3, "a_b_c~3.jpg"}, {4, "a_b_c~4.jpg"}}));
 }
 
+TEST(WrittenNames, LongOnesAreCutBetweenCharacters) {
+  const Scene scene({kSimpleRadial});
+  Reconstruction model = scene.model();
+  std::string umlauts = "a/";
+  for (int i = 0; i < 125; ++i) umlauts += "\u00fc";
+  for (const ImageId id : model.RegImageIds()) {
+    model.Image(id).SetName(umlauts + std::to_string(id) + ".jpg");
+  }
+  const WrittenNames names = FlatNames(model, ".png");
+  std::string flat = "a_";
+  for (int i = 0; i < 99; ++i) flat += "\u00fc";
+  EXPECT_EQ(names.at(1), flat + ".png");
+  EXPECT_EQ(names.at(2), flat + "~2.png");
+}
+
 TEST(ReadBack, TrainingFoldersSayWhatIsMissing) {
   const Scene scene({kSimpleRadial});
   const TestFolder folder;

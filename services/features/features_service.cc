@@ -1,5 +1,6 @@
 #include "features/features_service.h"
 
+#include <exception>
 #include <iterator>
 #include <utility>
 
@@ -74,12 +75,21 @@ void FeaturesService::ComputeNext() {
               });
 }
 
+// An exception counts against the photo: if it ended the process, the photo would be given back as
+// good, and end the next process.
+Result<PhotoDescription> FeaturesService::TryToDescribe(const image_t& image, const Bytes& photo) {
+  try {
+    return DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px, image.orientation,
+                         &sift_, ThreadsForIdleCores(max_threads_), model_.get());
+  } catch (const std::exception& error) {
+    return Unavailable(error.what());
+  }
+}
+
 Result<FeaturesService::Described> FeaturesService::Describe(const image_t& image,
                                                              const Bytes& photo) {
   const Timer timer;
-  auto result =
-      DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px, image.orientation,
-                    &sift_, ThreadsForIdleCores(max_threads_), model_.get());
+  auto result = TryToDescribe(image, photo);
   if (!result.ok()) return result.status();
   Described described;
   described.photo = std::move(*result);

@@ -3,8 +3,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <optional>
 #include <set>
+#include <stdexcept>
 
 #include "testing/test_decoder.h"
 #include "testing/test_node.h"
@@ -19,7 +21,12 @@ class OneVectorForAll : public GlobalDescriptorModel {
  public:
   const std::string& id() const override { return id_; }
   int dim() const override { return 2; }
-  std::vector<float> Describe(const DescribedPhoto&) override { return {1, 0}; }
+  std::vector<float> Describe(const DescribedPhoto&) override {
+    if (throws) throw std::runtime_error("no descriptor");
+    return {1, 0};
+  }
+
+  std::atomic<bool> throws{false};
 
  private:
   const std::string id_ = "test-1";
@@ -28,8 +35,7 @@ class OneVectorForAll : public GlobalDescriptorModel {
 class FeaturesServiceTest : public testing::Test {
  protected:
   explicit FeaturesServiceTest(const DecoderOptions& decoder = DecoderOptions())
-      : service_(node_, SiftOptions(), 1, std::make_shared<OneVectorForAll>(),
-                 *PhotoDecoder::Start(decoder)) {
+      : service_(node_, SiftOptions(), 1, model_, *PhotoDecoder::Start(decoder)) {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       held_ = std::set<int64_t>(request.held.begin(), request.held.end());
       current_ = request.held.empty() ? 0 : request.held.front();
@@ -74,6 +80,7 @@ class FeaturesServiceTest : public testing::Test {
   Node ingest_node_{TestOptions("ingest"), loop_, bus_};
   Node node_{TestOptions(kWorker), loop_, bus_};
   MemoryIngest ingest_{ingest_node_};
+  const std::shared_ptr<OneVectorForAll> model_ = std::make_shared<OneVectorForAll>();
   FeaturesService service_;
   std::set<int64_t> held_;
   int64_t current_ = 0;  // the item at work
@@ -144,6 +151,20 @@ TEST_F(FeaturesServiceTest, SaysWhatCannotBeDescribedAndGoesOn) {
   AddPhoto(2, SmallJpeg(), 96, 80);
   Give(2);
   Await([&] { return Features(2) != nullptr; }, "the features of the next");
+}
+
+// Ingest counts such failures and parks the photo after a few.
+TEST_F(FeaturesServiceTest, AnExceptionFailsThePhotoForNow) {
+  model_->throws = true;
+  AddPhoto(1, SmallJpeg(), 96, 80);
+  Give(1);
+  Await([&] { return failed_.has_value(); }, "the failure");
+  EXPECT_EQ(failed_->item_id, 1);
+  EXPECT_EQ(failed_->reason, "no descriptor");
+  EXPECT_FALSE(failed_->permanent);
+  model_->throws = false;
+  Give(1);
+  Await([&] { return Features(1) != nullptr; }, "the features at another try");
 }
 
 class CrashingDecoder {

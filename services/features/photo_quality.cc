@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "features/photo_texture.h"
+#include "photo/image_view.h"
 
 namespace skein {
 namespace {
@@ -15,11 +16,8 @@ constexpr float kNoise = 3.F / 255;  // less change than this is noise, not an e
 constexpr int kFields = 8;
 
 cv::Mat1f SmallGrey(const cv::Mat& bgr) {
-  const double scale = static_cast<double>(kLongestSidePx) / std::max(bgr.cols, bgr.rows);
-  cv::Mat small = bgr;
-  if (scale < 1) cv::resize(bgr, small, {}, scale, scale, cv::INTER_AREA);
   cv::Mat grey;
-  cv::cvtColor(small, grey, cv::COLOR_BGR2GRAY);
+  cv::cvtColor(ShrinkTo(bgr, kLongestSidePx), grey, cv::COLOR_BGR2GRAY);
   cv::Mat1f values;
   grey.convertTo(values, CV_32F, 1.0 / 255);
   return values;

@@ -72,4 +72,12 @@ TEST(PhotoQuality, ATinyPhotoHasSomeBlur) {
   EXPECT_GE(BlurOf(cv::Mat(4, 4, CV_8UC3, cv::Scalar::all(9))), 0);
 }
 
+// At the sizes at which quality and texture are measured, half a pixel is left of the shorter side.
+TEST(PhotoQuality, AStripIsMeasured) {
+  for (const cv::Size size : {cv::Size(65000, 20), cv::Size(20, 65000)}) {
+    const cv::Mat strip(size, CV_8UC3, cv::Scalar::all(51));
+    EXPECT_NEAR(MeasureQuality(strip, {}).brightness, 0.2, 0.001) << size;
+  }
+}
+
 }  // namespace skein::photo_quality_test

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <opencv2/imgproc.hpp>
 
+#include "photo/image_view.h"
+
 namespace skein {
 namespace {
 
@@ -12,12 +14,9 @@ constexpr int kMinDeviation = 2;   // grey levels
 constexpr int kWindowsAcross = 4;  // of a field, both ways
 
 cv::Mat1b GreyOf(const cv::Mat& image) {
-  cv::Mat grey = image, small;
+  cv::Mat grey = image;
   if (image.channels() == 3) cv::cvtColor(image, grey, cv::COLOR_BGR2GRAY);
-  const double scale = static_cast<double>(kTextureSidePx) / std::max(grey.cols, grey.rows);
-  if (scale >= 1) return grey;
-  cv::resize(grey, small, {}, scale, scale, cv::INTER_AREA);
-  return small;
+  return ShrinkTo(grey, kTextureSidePx);
 }
 
 bool HasTexture(const cv::Mat1b& grey, int left, int top) {

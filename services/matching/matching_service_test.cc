@@ -281,9 +281,9 @@ TEST_F(Matching, APhotoIsMatchedWithItsBestCandidatesWhileAnotherWaits) {
   const int64_t after = before == 20 ? 21 : 20;
   const matches_t& first = ingest_.matches().at(before);
   const matches_t& rest = ingest_.matches().at(RestItem(before));
-  EXPECT_EQ(first.part, matches_t::FIRST);
-  EXPECT_EQ(rest.part, matches_t::REST);
-  EXPECT_EQ(ingest_.matches().at(after).part, matches_t::ALL);
+  EXPECT_EQ(first.part, int8_t{matches_t::FIRST});
+  EXPECT_EQ(rest.part, int8_t{matches_t::REST});
+  EXPECT_EQ(ingest_.matches().at(after).part, int8_t{matches_t::ALL});
   EXPECT_LT(first.header.seq, ingest_.matches().at(after).header.seq);
   EXPECT_LT(ingest_.matches().at(after).header.seq, rest.header.seq);
   EXPECT_LT(first.num_tried, 12);
@@ -306,7 +306,7 @@ TEST_F(Matching, ARestTriesWhatTheFirstPartHasLeft) {
   StartService();
   ASSERT_TRUE(RunUntilMatched(1));
   const matches_t& rest = ingest_.matches().at(RestItem(6));
-  EXPECT_EQ(rest.part, matches_t::REST);
+  EXPECT_EQ(rest.part, int8_t{matches_t::REST});
   EXPECT_EQ(rest.num_tried, 2) << "3 and 4";
   EXPECT_EQ(rest.num_in_vain, 0);
 }

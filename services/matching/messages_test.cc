@@ -54,7 +54,7 @@ TEST(MatchingMessages, AFirstPartNamesWhatItTriedInVain) {
   matches_t rest = ToMessage(42, SomeMatches(2), "");
   SetPart(matches_t::REST, {with_pair, 77, 78}, &rest);
   EXPECT_EQ(rest.header.fact_id, "matches/42/rest");
-  EXPECT_EQ(rest.part, matches_t::REST);
+  EXPECT_EQ(rest.part, int8_t{matches_t::REST});
   EXPECT_TRUE(rest.in_vain.empty());
 }
 

@@ -215,6 +215,25 @@ TEST(Exif, CountsDigitalZoomOnce) {
   EXPECT_NEAR(*read(56, false).focal_px, expected_px, 0.01);
 }
 
+// 4.6 mm of the same body again, beside a value that is a hundred times what it should be.
+TEST(Exif, OfFocalLengthsThatContradictEachOtherTheUsualOneCounts) {
+  const auto read = [](uint32_t focal_tenths_mm, int focal35_mm) {
+    ExifBuilder builder;
+    builder.Ascii(0, 0x010f, "Panasonic");
+    builder.Ascii(0, 0x0110, "Lumix DMC-S2");
+    builder.Rationals(1, 0x920a, {{focal_tenths_mm, 10}});
+    builder.Short(1, 0xa405, focal35_mm);
+    return ReadExif(builder.Into(SmallJpeg()), {PhotoFormat::kJpeg, 1600, 1200, 3, 8});
+  };
+  const double expected_px = 28 * 2000 / 43.2666;
+  for (const Exif& exif : {read(46, 28), read(46, 2800), read(4600, 28)}) {
+    EXPECT_NEAR(*exif.focal_px, expected_px, 0.1 * expected_px);
+  }
+  EXPECT_FALSE(read(46, 28).focal_is_guess);
+  EXPECT_TRUE(read(46, 2800).focal_is_guess);
+  EXPECT_FALSE(read(4600, 28).focal_is_guess);
+}
+
 TEST(Exif, KnowsACropByItsShape) {
   const auto read = [](uint32_t width_px, uint32_t height_px) {
     ExifBuilder builder;

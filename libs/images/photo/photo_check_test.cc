@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
+#include <string>
 
 #include "testing/test_bombs.h"
 
@@ -108,8 +110,20 @@ TEST(PhotoCheck, RefusesAPngOfAThousandBytesThatClaimsGigapixels) {
             "header claims 60000 x 60000 pixels, more than 100 megapixels");
 }
 
+TEST(PhotoCheck, NamesFormatsThatAreOftenCalledJpg) {
+  const std::map<std::string, std::string> formats = {{"GIF89a", "GIF"},
+                                                      {"RIFFxxxxWEBP", "WebP"},
+                                                      {"xxxxjP  ", "JPEG 2000"},
+                                                      {"xxxxJXL ", "JPEG XL"},
+                                                      {"\xff\x0a", "JPEG XL"}};
+  for (const auto& [head, name] : formats) {
+    EXPECT_EQ(CheckHeader(Bytes(head.begin(), head.end()), PhotoLimits()).error(),
+              name + " image, whatever its name says: JPEG, PNG and TIFF are taken");
+  }
+}
+
 TEST(PhotoCheck, OtherFormatsAreNotLookedInto) {
-  for (const std::string head : {"GIF89a", "GIF87a", "BM", "8BPS", "II+", "RIFFxxxxWEBP", "<svg"}) {
+  for (const std::string head : {"BM", "8BPS", "II+", "RIFFxxxxWAVE", "RIFF", "GIF", "<svg"}) {
     Bytes file(head.begin(), head.end());
     file.resize(1000);
     EXPECT_EQ(CheckHeader(file, PhotoLimits()).error(), "not a JPEG, PNG or TIFF photo") << head;

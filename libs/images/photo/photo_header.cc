@@ -70,6 +70,20 @@ Result<PhotoHeader> ReadTiff(ByteView bytes) {
                      static_cast<int>(directory.Find(258).value_or(1))};
 }
 
+// Of formats that are often called .jpg, by their first bytes; null for any other.
+const char* OtherFormatName(ByteView bytes) {
+  const auto starts = [&](const char* text) { return StartsWith(bytes, text, std::strlen(text)); };
+  constexpr size_t kRiffType = 8, kBoxType = 4;
+  const auto has_at = [&](size_t at, const char* text) {
+    return bytes.size() >= at + 4 && std::memcmp(bytes.data() + at, text, 4) == 0;
+  };
+  if (starts("RIFF") && has_at(kRiffType, "WEBP")) return "WebP";
+  if (starts("GIF8")) return "GIF";
+  if (has_at(kBoxType, "jP  ")) return "JPEG 2000";
+  if (has_at(kBoxType, "JXL ") || starts("\xff\x0a")) return "JPEG XL";
+  return nullptr;
+}
+
 }  // namespace
 
 Result<PhotoHeader> ReadPhotoHeader(ByteView bytes) {
@@ -80,6 +94,10 @@ Result<PhotoHeader> ReadPhotoHeader(ByteView bytes) {
   if (const char* name = HeifName(bytes)) {
     return InvalidArgument(std::string(name) + " photo: JPEG, PNG and TIFF are taken. " +
                            kHeifAdvice);
+  }
+  if (const char* name = OtherFormatName(bytes)) {
+    return InvalidArgument(std::string(name) +
+                           " image, whatever its name says: JPEG, PNG and TIFF are taken");
   }
   return InvalidArgument("not a JPEG, PNG or TIFF photo");
 }

@@ -287,14 +287,15 @@ std::vector<std::vector<std::pair<int, int>>> SharedPoints(const Bundle& bundle)
 struct SpanningTree {
   std::vector<int> order;   // a pose comes after its parent
   std::vector<int> parent;  // -1: a root
+  std::vector<int> shared;  // points shared with the parent
 };
 
 // By Prim's algorithm.
 SpanningTree MaximumSpanningTree(const Bundle& bundle) {
   const int num = static_cast<int>(bundle.poses.size());
   const auto edges = SharedPoints(bundle);
-  SpanningTree tree{{}, std::vector<int>(num, -1)};
-  std::vector<int> best(num, 0);
+  SpanningTree tree{{}, std::vector<int>(num, -1), std::vector<int>(num, 0)};
+  std::vector<int>& best = tree.shared;
   std::vector<bool> is_in(num, false);
   for (int k = 0; k < num; ++k) {
     int next = -1;
@@ -310,6 +311,27 @@ SpanningTree MaximumSpanningTree(const Bundle& bundle) {
     }
   }
   return tree;
+}
+
+// Whether each pose is `top` or below it.
+std::vector<bool> PosesBelow(const SpanningTree& tree, int top) {
+  std::vector<bool> is_below(tree.order.size(), false);
+  for (const int i : tree.order) {
+    is_below[i] = i == top || (tree.parent[i] >= 0 && is_below[tree.parent[i]]);
+  }
+  return is_below;
+}
+
+int CountPointsOfBothSides(const Bundle& bundle, const std::vector<bool>& is_below) {
+  int num_points = 0;
+  for (const BundlePoint& point : bundle.points) {
+    int num_below = 0;
+    for (int i = point.first; i < point.first + point.count; ++i) {
+      num_below += is_below[bundle.observations[i].pose];
+    }
+    num_points += num_below > 0 && num_below < point.count;
+  }
+  return num_points;
 }
 
 }  // namespace
@@ -359,6 +381,25 @@ WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3
     fits[parent].Add(below);
   }
   return cut;
+}
+
+std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, int min_points) {
+  const SpanningTree tree = MaximumSpanningTree(bundle);
+  const auto num = static_cast<int>(bundle.poses.size());
+  std::optional<ThinnestCut> thinnest;
+  for (const int i : tree.order) {
+    const int parent = tree.parent[i];
+    if (parent < 0 || tree.shared[i] >= min_points) continue;
+    const std::vector<bool> is_below = PosesBelow(tree, i);
+    const auto num_below = static_cast<int>(std::count(is_below.begin(), is_below.end(), true));
+    if (std::min(num_below, num - num_below) < 2) continue;
+    const int num_points = CountPointsOfBothSides(bundle, is_below);
+    if (num_points >= (thinnest ? thinnest->num_points : min_points)) continue;
+    const bool is_below_loose = num_below <= num - num_below;
+    thinnest = {is_below_loose ? i : parent, is_below_loose ? parent : i,
+                std::min(num_below, num - num_below), num_points};
+  }
+  return thinnest;
 }
 
 double ExtentOf(const Bundle& bundle) {

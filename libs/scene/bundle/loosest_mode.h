@@ -44,6 +44,17 @@ struct WeakestCut {
 };
 WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3d>& displacements);
 
+// Cut of the same tree, with two poses or more on each side, at which the sides observe fewest
+// points in common. Nothing if each such cut has `min_points` or more. A cut has at least as many
+// as its edge: only edges with fewer cost a visit of all observations.
+struct ThinnestCut {
+  int loose = -1;  // as in WeakestCut
+  int anchor = -1;
+  int num_loose = 0;
+  int num_points = 0;  // that poses of both sides observe
+};
+std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, int min_points);
+
 // Largest distance between two centres of the bundle's poses.
 double ExtentOf(const Bundle& bundle);
 

@@ -222,4 +222,49 @@ TEST(WeakestCut, OfAHingeItIsTheHinge) {
   EXPECT_NEAR(cut.explained_share, 1, 1e-6);
 }
 
+void AddPoints(int num_points, const std::vector<int>& poses, Bundle* bundle) {
+  for (int i = 0; i < num_points; ++i) {
+    BundlePoint point;
+    point.first = static_cast<int>(bundle->observations.size());
+    point.count = static_cast<int>(poses.size());
+    bundle->points.push_back(point);
+    for (const int pose : poses) {
+      bundle->observations.emplace_back();
+      bundle->observations.back().pose = pose;
+    }
+  }
+}
+
+// Poses 0 to 3 and 4 to 5 observe points of their own.
+Bundle TwoParts() {
+  Bundle bundle;
+  bundle.poses.resize(6);
+  AddPoints(100, {0, 1, 2, 3}, &bundle);
+  AddPoints(50, {4, 5}, &bundle);
+  return bundle;
+}
+
+// The tie is what both sides observe, not what the two poses at the cut do.
+TEST(ThinnestCut, CountsWhatBothSidesObserve) {
+  Bundle bundle = TwoParts();
+  AddPoints(12, {3, 4}, &bundle);
+  AddPoints(5, {0, 1, 5}, &bundle);
+  const auto cut = FindThinnestCut(bundle, 30);
+  ASSERT_TRUE(cut);
+  EXPECT_EQ(cut->loose, 4);
+  EXPECT_EQ(cut->anchor, 3);
+  EXPECT_EQ(cut->num_loose, 2);
+  EXPECT_EQ(cut->num_points, 17);
+  AddPoints(13, {2, 5}, &bundle);
+  EXPECT_FALSE(FindThinnestCut(bundle, 30));
+}
+
+TEST(ThinnestCut, OfASinglePoseThereIsNone) {
+  Bundle bundle = TwoParts();
+  AddPoints(40, {3, 4}, &bundle);
+  bundle.poses.emplace_back();
+  AddPoints(10, {0, 6}, &bundle);
+  EXPECT_FALSE(FindThinnestCut(bundle, 30));
+}
+
 }  // namespace skein::loosest_mode_test

@@ -17,6 +17,10 @@ constexpr double kSharedErrors = 2;
 ShapeCheck CheckShape(const Bundle& bundle) {
   ShapeCheck check;
   if (bundle.poses.size() < 3) return check;
+  if (const auto tie = FindThinnestCut(bundle, kMinTie)) {
+    return {1, bundle.poses[tie->loose].image_id, bundle.poses[tie->anchor].image_id,
+            tie->num_loose};
+  }
   const double extent = ExtentOf(bundle);
   const std::optional<LoosestMode> mode = FindLoosestMode(bundle);
   const double error = mode ? kSharedErrors * mode->expected_error : extent;

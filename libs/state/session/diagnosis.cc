@@ -100,7 +100,8 @@ std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t imag
       })) {
     return Of(Cause::kRotationOnly, "taken from the same spot as all photos that overlap it",
               "take a step sideways, a tenth of the distance to what " + best +
-                  " shows, and shoot again");
+                  " shows, and shoot again; of an object that turns before the camera, cover what "
+                  "stands still behind it");
   }
   if (AllStrong(edges, [](const Edge& e) { return e.geometry == Edge::kPlanar; })) {
     return Of(Cause::kPlanarOnly, "it and what overlaps it show one flat surface alone",

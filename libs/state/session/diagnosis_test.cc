@@ -107,6 +107,19 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
   EXPECT_EQ(of_three_with(Pair(60, kCalibrated, 0.1F)), Cause::kWeakOverlap);
 }
 
+// Of a turntable the background may look like a rotation (matching/overlay.h).
+TEST_F(DiagnosisTest, OfOneSpotTheRemedyHelpsBeforeATurntableToo) {
+  TestLedger ledger;
+  for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
+  ledger.Matches(2, {});
+  two_view_t pair = Pair(400, kPanoramic, 0);
+  pair.other_id = 2;
+  ledger.Matches(3, {pair});
+  const std::string remedy = Diagnose(ledger.state(), *ledger.state().FindPhoto(3)).remedy;
+  EXPECT_EQ(remedy.find("take a step sideways"), 0u) << remedy;
+  EXPECT_NE(remedy.find("cover what stands still"), std::string::npos) << remedy;
+}
+
 TEST_F(DiagnosisTest, AWeakPairDoesNotHideThatAllIsOfOneSpot) {
   TestLedger ledger;
   for (const int64_t id : {2, 3, 4}) ledger.Describe(id, 1);

@@ -13,6 +13,12 @@ bool IsKnown(const SubmapLife& submap) {
 
 std::string Shape(const SessionState& state, const model_check_t& check) {
   if (!(check.position_sigma > kMaxPositionSigma)) return "";
+  if (check.position_sigma >= 1 && check.loose_image != 0) {
+    return fmt::format(
+        "a part may stand in a wrong place: {} photos share hardly any points with the rest, on "
+        "which they hang by {} - {}",
+        check.num_loose_images, state.NameOf(check.loose_image), state.NameOf(check.anchor_image));
+  }
   std::string text = fmt::format("may be bent: expected position error {:.1f} % of the extent",
                                  100 * check.position_sigma);
   if (check.loose_image == 0) return text;

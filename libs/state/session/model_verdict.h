@@ -16,8 +16,8 @@ constexpr double kMaxContradictingShare = 0.05;
 
 // Verdict on a submap's latest model beside its residuals (mapping/model_check.h), for a person:
 // expected position error and weakest link if the error is above kMaxPositionSigma, and verified
-// pairs that contradict the poses if their share is above kMaxContradictingShare. "": nothing to
-// tell.
+// pairs that contradict the poses if their share is above kMaxContradictingShare. If the error is 1
+// at a link, only the part beyond the link is told. "": nothing to tell.
 std::string VerdictOf(const SessionState& state, const SubmapLife& submap);
 
 // The same with all figures, for report.json. Null where they are not known.

@@ -55,6 +55,16 @@ TEST_F(ModelVerdictTest, AboveItTheWeakestLinkIsNamed) {
             "by alice/2.jpg - alice/1.jpg");
 }
 
+TEST_F(ModelVerdictTest, APartThatHangsByFewPointsIsNamed) {
+  check_.position_sigma = 1;
+  check_.loose_image = 2;
+  check_.anchor_image = 1;
+  check_.num_loose_images = 3;
+  EXPECT_EQ(VerdictOf(ledger_.state(), WithCheck(check_)),
+            "a part may stand in a wrong place: 3 photos share hardly any points with the rest, on "
+            "which they hang by alice/2.jpg - alice/1.jpg");
+}
+
 TEST_F(ModelVerdictTest, FewContradictingPairsAreOnlyInTheFigures) {
   check_.position_sigma = 0.001;
   check_.num_pairs = 265;

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <functional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/file.h"
@@ -11,10 +12,21 @@
 namespace skein {
 namespace {
 
+// File systems take 255 bytes. The rest is for what tells names apart, and for extensions.
+constexpr size_t kMaxFlatBytes = 200;
+
 bool IsBlank(char c) { return std::isspace(static_cast<unsigned char>(c)) != 0; }
 
 std::string WithoutBlanks(std::string name) {
   std::replace_if(name.begin(), name.end(), IsBlank, '_');
+  return name;
+}
+
+// At most `bytes`, and no part of a UTF-8 character.
+std::string CutTo(size_t bytes, std::string name) {
+  if (name.size() <= bytes) return name;
+  while (bytes > 0 && (static_cast<unsigned char>(name[bytes]) & 0xc0) == 0x80) --bytes;
+  name.resize(bytes);
   return name;
 }
 
@@ -72,7 +84,7 @@ WrittenNames FlatNames(const Reconstruction& model, const std::string& extension
   return Rename(model, [&](const std::string& name) {
     std::string flat = WithoutBlanks(Split(name).first);
     std::replace(flat.begin(), flat.end(), '/', '_');
-    return flat + extension;
+    return CutTo(kMaxFlatBytes, std::move(flat)) + extension;
   });
 }
 

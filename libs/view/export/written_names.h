@@ -19,7 +19,7 @@ WrittenNames NamesWithoutBlanks(const Reconstruction& model);
 int NumNamesWithBlanks(const Reconstruction& model);
 
 // The same for one folder: '/' becomes '_', too, and `extension` (".jpg") takes the place of the
-// name's own.
+// name's own. A long name is cut, as AGENT_NAME may have more bytes than a file's name.
 WrittenNames FlatNames(const Reconstruction& model, const std::string& extension);
 
 void RenameImages(const WrittenNames& names, Reconstruction* model);
