@@ -22,7 +22,7 @@ const char* WhyText(Station::Why why) {
     case Station::Why::kNoParallax:
       return "the photos of this place were taken too close together";
     case Station::Why::kTooSlanted:
-      return "the photos of this place look at it too flatly";
+      return "the photos of this place look at it at too flat an angle";
     case Station::Why::kTooFar:
       return "the photos of this place were taken from too far away";
     case Station::Why::kOpenBorder:
@@ -61,7 +61,7 @@ std::string PartText(double part, bool is_first) {
   const bool is_many = part >= 2.5;
   if (!is_first) return is_many ? Number("%.0f times as far", part) : word->text;
   const std::string text = is_many ? Number("%.0f times the distance", part) : word->first;
-  return text + " to the object";
+  return text + " to the object,";
 }
 
 std::string LengthText(const Wording& wording, double length, bool is_first) {

@@ -40,7 +40,7 @@ TEST(StationSentence, IsInMetresWhereTheScaleIsKnown) {
 TEST(StationSentence, IsInPartsOfTheDistanceElse) {
   const Wording wording{Eigen::Vector3d::UnitZ(), 0, 4};
   EXPECT_EQ(Say(wording, Pose({0, 0, 0}), Pose({-1, 0, 0})),
-            "a quarter of the distance to the object to the left from where alice/0031.jpg was "
+            "a quarter of the distance to the object, to the left from where alice/0031.jpg was "
             "taken: too few photos see this place");
   EXPECT_EQ(Say(wording, Pose({0, 0, 0}), Pose({16, 0, 0})).find("4 times the distance to the"),
             0u);
@@ -50,7 +50,7 @@ TEST(StationSentence, IsInPartsOfTheDistanceElse) {
 TEST(StationSentence, NamesTheDistanceOnce) {
   const Wording wording{Eigen::Vector3d::UnitZ(), 0, 4};
   EXPECT_EQ(Say(wording, Pose({0, 0, 0}), Pose({1.4, -1, 0.4})),
-            "a third of the distance to the object to the right and a quarter back "
+            "a third of the distance to the object, to the right and a quarter back "
             "from where alice/0031.jpg was taken: too few photos see this place");
 }
 

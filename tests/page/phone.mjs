@@ -71,7 +71,7 @@ await page.locator('#choose').setInputFiles(photos[4]);
 await plain.until('a photo waits on the phone', (s) => s.counts.taken === 6 && !s.connection.ok);
 await page.locator('#note').filter({ hasText: /wait/ }).waitFor();
 await page.context().setOffline(false);
-await plain.until('it was sent once the network was back', (s) => s.counts.received === 5);
+await plain.until('it was sent once the network was back', (s) => s.counts.received === 6);
 
 // A reload in the middle of an upload.
 await session.send('Network.emulateNetworkConditions', { offline: false, latency: 20, downloadThroughput: -1, uploadThroughput: 20000 });
@@ -81,7 +81,7 @@ await new Promise((r) => setTimeout(r, 1000));
 await session.send('Network.emulateNetworkConditions', { offline: false, latency: 0, downloadThroughput: -1, uploadThroughput: -1 });
 await page.reload();
 await plain.until('the photos are there after a reload', (s) => s.counts.taken === 7);
-await plain.until('the rest was sent', (s) => s.counts.received === 6);
+await plain.until('the rest was sent', (s) => s.counts.received === 7);
 
 // A dead server.
 told('kill');
@@ -89,7 +89,7 @@ await heard('dead');
 await page.locator('#choose').setInputFiles(photos[6]);
 await plain.until('a photo waits for the server', (s) => s.counts.taken === 8 && !s.connection.ok);
 told('revive');
-await plain.until('it was sent to the new server', (s) => s.counts.received === 7, 180);
+await plain.until('it was sent to the new server', (s) => s.counts.received === 8, 180);
 await page.locator('#choose').setInputFiles(photos[7]);
 await plain.until('all photos are placed', (s) => s.counts.placed === 8, 180);
 await page.evaluate(() => scrollTo(0, 0));

@@ -1,5 +1,5 @@
 // The page: what comes from the server goes into the timeline and the shapes; what is shown follows from them.
-import { storedChoice, storeChoice } from './choices.js';
+import { storedChoice, storedTheme, storeChoice, systemTheme } from './choices.js';
 import { kGrid, kMark, kPaper, rgb } from './colours.js';
 import { kDense } from './dense.js';
 import { Dismissed } from './dismissed.js';
@@ -43,7 +43,6 @@ const kUpdateMs = 120;
 const kSurfaceLabel = 'Surface instead of points (P)';
 const kMeshLabel = 'Points, surface or mesh (P)';
 
-const storedTheme = () => storedChoice('theme', ['dark', 'light']); // null: as the system says
 const isPhone = () => matchMedia('(pointer: coarse)').matches;
 const reducedMotion = () => matchMedia('(prefers-reduced-motion: reduce)').matches;
 
@@ -520,8 +519,8 @@ export class App {
     if (refused) return doorOf(refused);
     if (!connected && heard === null) return this.hasTried ? kUnreachable : kConnecting;
     if (received > 0) return { title: 'The map begins soon', what: 'The first two photos that overlap well begin it.', help: '' };
-    const how = byId('invite_button').hidden ? 'Start' : 'Invite a phone at the upper right, or start';
-    return { title: 'No photos yet', what: `${how} an agent; the map appears here as photos arrive.`, help: '' };
+    const help = byId('invite_button').hidden ? '' : 'Press Invite, at the upper right, to let a phone take them.';
+    return { title: 'No photos yet', what: 'The map appears here as photos arrive.', help };
   }
 
   notice(text) {
@@ -666,13 +665,19 @@ export class App {
   makeActions() {
     byId('mark').append(h('img', { src: '/assets/icon.svg', alt: '', width: 24, height: 24 }));
     byId('actions').append(
-      iconButton('invite', 'Invite a phone or a person', () => showInvite({ agents: [...this.timeline.live.agents.keys()] }), { id: 'invite_button', hidden: true }),
+      this.inviteButton(),
       iconButton('theme', 'Dark or light', () => this.applyTheme(this.theme === 'dark' ? 'light' : 'dark', true), { id: 'theme_button' }),
       iconButton('help', 'Keys and help (?)', () => showHelp(this.session.version ?? '')));
   }
 
+  inviteButton() {
+    const button = iconButton('invite', 'Invite a phone or a person', () => showInvite({ agents: [...this.timeline.live.agents.keys()] }), { id: 'invite_button', hidden: true });
+    button.append(h('span', {}, 'Invite'));
+    return button;
+  }
+
   applyTheme(theme, keep = false) {
-    const system = matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark';
+    const system = systemTheme();
     this.theme = theme ?? system;
     document.documentElement.dataset.theme = this.theme;
     if (keep) storeChoice('theme', this.theme === system ? null : this.theme);

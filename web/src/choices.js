@@ -19,3 +19,6 @@ export function storeChoice(name, choice) {
     // Then it lasts as long as the page.
   }
 }
+
+export const storedTheme = () => storedChoice('theme', ['dark', 'light']); // null: as the system says
+export const systemTheme = () => (matchMedia('(prefers-color-scheme: light)').matches ? 'light' : 'dark');

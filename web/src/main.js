@@ -1,4 +1,5 @@
 import { App } from './app.js';
+import { storedTheme, systemTheme } from './choices.js';
 import { doorOf, kConnecting } from './door.js';
 import { enter } from './enter.js';
 import { byId } from './ui/dom.js';
@@ -7,8 +8,10 @@ import { showDoor } from './ui/door.js';
 const kPatienceMs = 8000;
 
 const app = new App();
+document.documentElement.dataset.theme = storedTheme() ?? systemTheme();
 showDoor(byId('empty'), kConnecting, 'status');
 const refusal = await whyNotLetIn();
+document.body.classList.toggle('shut', refusal !== '');
 if (refusal) showDoor(byId('empty'), doorOf(refusal));
 else app.start();
 

@@ -139,7 +139,7 @@ export function clock(utime) {
 
 export function ago(s) {
   if (s < 1.5) return 'just now';
-  return `${seconds(Math.round(s))} ago`;
+  return `${s < 99.5 ? `${Math.round(s)} s` : seconds(s)} ago`;
 }
 
 // States of a finish in their order, as FinishStateName of libs/state/session/state_names.h; a finish without divided places has

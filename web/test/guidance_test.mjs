@@ -38,9 +38,10 @@ test('stations become cameras with what the last photo was taken with', () => {
 test('a phone is told by an arrow, steps where the scale is known, and the sentence', () => {
   const advice = (offset, metres = 0) => ({ working_distance: 4, metres_per_unit: metres, stations: [{ offset, sentence: 'half a metre' }] });
   assert.deepEqual(adviceWords(advice([-2, 0, 0], 0.7)), { arrow: '←', steps: '2 steps to the left', text: 'Half a metre.', from: 0 });
-  assert.deepEqual(adviceWords(advice([1, 0, 1])), { arrow: '↗', steps: 'Next photo', text: 'Half a metre.', from: 0 });
+  assert.deepEqual(adviceWords(advice([1, 0, 1])), { arrow: '↗', steps: 'Next photo, forward, to the right', text: 'Half a metre.', from: 0 });
   assert.equal(adviceWords(advice([0, 0, -1], 0.7)).steps, '1 step back');
-  assert.equal(adviceWords(advice([0.1, -3, 0.1])).arrow, '', 'straight up');
+  assert.deepEqual([[0.1, -3, 0.1], [0.1, 3, 0.1], [0.1, 0.1, 0.1]].map((offset) => adviceWords(advice(offset))).map((w) => [w.arrow, w.steps]),
+    [['', 'Next photo, higher'], ['', 'Next photo, lower'], ['', 'Next photo, from the same spot']]);
   assert.equal(adviceWords(advice(null)).steps, 'Next photo');
   for (const none of [null, undefined, {}, { stations: [] }, { stations: [{}] }]) assert.equal(adviceWords(none), null);
 });

@@ -142,8 +142,13 @@ test('a dead server is waited for; what it refuses is told', async () => {
   server.down = false;
   server.refusal = [503, {}, { error: 'the disk is full' }];
   await until('why it waits is told', () => uploader.said.some((c) => c.why === 'the disk is full'));
+  uploader.said.length = 0;
+  await uploader.ask();
+  await until('it waits on', () => uploader.said.length > 2);
+  assert.ok(uploader.said.every((c) => !c.ok), 'who answers questions is said to take photos');
   server.refusal = [413, {}, { error: 'send it smaller' }];
   await until('it is refused', () => all(queue, 'refused'));
+  await until('the connection is told', () => uploader.said.at(-1).ok);
   const [refused] = queue.photos.values();
   assert.deepEqual([refused.reason, refused.cause], ['send it smaller', 'too large']);
   uploader.stopped = true;

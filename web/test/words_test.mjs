@@ -3,7 +3,7 @@ import { readFileSync } from 'node:fs';
 import test from 'node:test';
 import { emptyState, fold, summarize } from '../src/fold.js';
 import { uprightPoint, uprightSize } from '../src/orientation.js';
-import { area, bytes, explain, finishProgress, finishSeconds, groups, heapWords, height, kLastFinishStep, length, plural, seconds, volume, whatHappens } from '../src/words.js';
+import { ago, area, bytes, explain, finishProgress, finishSeconds, groups, heapWords, height, kLastFinishStep, length, plural, seconds, volume, whatHappens } from '../src/words.js';
 import { makeSession } from '../test_server/synthetic.mjs';
 
 const root = new URL('../../', import.meta.url);
@@ -156,4 +156,8 @@ test('Points of turned photos are upright', () => {
   assert.deepEqual(uprightPoint(8, 1, 0), [0, 0]);
   assert.deepEqual(uprightSize({ width: 4, height: 3, orientation: 6 }), [3, 4]);
   assert.deepEqual(uprightSize({ width: 4, height: 3, orientation: 3 }), [4, 3]);
+});
+
+test('How long ago is told in whole seconds', () => {
+  assert.deepEqual([0.4, 7, 64.4, 300].map(ago), ['just now', '7 s ago', '64 s ago', '5 min ago']);
 });

@@ -271,6 +271,8 @@ function tellDense() {
     tell(surface ? denseMessage(surface) : { type: 'dense', submap: id, gone: true });
   }
 }
+const stateOf = (instance, i) =>
+  (instance.startsWith('mapper') ? `map ${i - 3}` : instance === 'ingest' ? 'finishing: waits for 2 photos' : 'idle');
 function tellStatus() {
   if (silent) return;
   const now = events[told - 1]?.t ?? 0;
@@ -278,7 +280,7 @@ function tellStatus() {
   tell({
     type: 'status', troubles, ...guidanceAt(session, now), backlog: { features: Math.ceil(waiting / 3), retrieval: 0, matching: Math.floor(waiting / 3), mapper: Math.floor(waiting / 3) },
     processes: ['ingest', 'features-1', 'retrieval', 'matching-1', 'mapper-1', 'mapper-2', 'merger'].map((instance, i) => ({
-      instance, state: instance.startsWith('mapper') ? `map ${i - 3}` : 'idle', backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
+      instance, state: stateOf(instance, i), backlog: i % 3, memory: 40e6 + 30e6 * i, seen_s: 0.4 })),
   });
 }
 advance();

@@ -3,6 +3,7 @@ import { setText } from '../ui/dom.js';
 import { plural, sentence } from '../words.js';
 
 const kStepM = 0.7;
+const kNear = 0.06; // of the distance to the object: no way to go
 const kArrows = ['↑', '↗', '→', '↘', '↓', '↙', '←', '↖'];
 const kWays = ['forward', 'forward, to the right', 'to the right', 'back, to the right', 'back', 'back, to the left', 'to the left', 'forward, to the left'];
 
@@ -16,9 +17,10 @@ export function adviceWords(advice) {
   const place = { text: sentence(station.sentence), from: Number.isFinite(station.nearest) ? station.nearest : 0 };
   if (!Number.isFinite(level + down)) return { ...place, arrow: '', steps: 'Next photo' };
   const steps = Math.round((level * (advice.metres_per_unit || 0)) / kStepM);
-  if (level < 0.06 * (advice.working_distance || 0)) return { ...place, arrow: '', steps: 'Next photo from there' };
+  const isNear = (offset) => offset < kNear * (advice.working_distance || 0);
+  if (isNear(level)) return { ...place, arrow: '', steps: `Next photo, ${isNear(Math.abs(down)) ? 'from the same spot' : down < 0 ? 'higher' : 'lower'}` };
   const way = Math.round(Math.atan2(right, forward) / (Math.PI / 4) + 8) % 8;
-  return { ...place, arrow: kArrows[way], steps: steps > 0 ? `${plural(steps, 'step')} ${kWays[way]}` : 'Next photo' };
+  return { ...place, arrow: kArrows[way], steps: steps > 0 ? `${plural(steps, 'step')} ${kWays[way]}` : `Next photo, ${kWays[way]}` };
 }
 
 // words: of adviceWords(). line: <p><span>ARROW</span><span><b>STEPS</b><span>TEXT</span></span></p>

@@ -4,17 +4,18 @@ import { enter } from '../enter.js';
 import { byId, h, keyed, setText } from '../ui/dom.js';
 import { showDoor } from '../ui/door.js';
 import { showTroubles } from '../ui/troubles.js';
-import { bytes as size, explain, groups, plural, storageWords } from '../words.js';
+import { bytes as size, explain, groups, plural, sentence, storageWords } from '../words.js';
 import { adviceWords, Ghost, showAdvice } from './advice.js';
 import { Camera } from './camera.js';
 import { keep } from './keep.js';
 import { gpsOf, Place } from './place.js';
 import { Queue } from './queue.js';
 import { ScreenLock } from './screen_lock.js';
-import { hasArrived, Uploader } from './uploader.js';
+import { hasArrived, Uploader, wasSentWhole } from './uploader.js';
 
 const kShown = 120;
 const kThumbnailPx = 240;
+const kTellThem = 'Tell whoever runs the session.';
 const kNewestMs = 60000; // a photo of the file input that was made within this time was made here
 const kRetryMs = 3000;
 const kKnownPatienceMs = 3000; // of the server, where this phone knows a session
@@ -24,7 +25,7 @@ const kWords = {
   queued: ['On this phone', 'waits to be sent'],
   sending: ['Sending', ''],
   received: ['Received', 'waits to be taken in'],
-  waiting: ['Received', 'its place is being looked for'],
+  waiting: ['Waiting', 'its place is being looked for'],
   placed: ['Placed', 'in the map'],
 };
 // Of these photos one has to do something, so their names are shown; as where there is no picture.
@@ -117,7 +118,7 @@ class PhonePage {
       on: {
         advice: (advice) => this.takeAdvice(advice),
         troubles: (troubles) => {
-          showTroubles(byId('troubles'), troubles);
+          showTroubles(byId('troubles'), troubles.map((t) => ({ ...t, remedy: `${t.remedy} ${kTellThem}` })));
           this.trouble = troubles[0]?.what ?? '';
         },
         changed: () => this.soon(),
@@ -217,9 +218,13 @@ class PhonePage {
     this.soon();
   }
 
-  // The network is away, and the page with it once it is closed.
+  // No answer comes: the network is away, and the page with it once it is closed.
   isLostIfLeft() {
-    return this.connection.ok === false && !this.connection.stopped && this.opensOffline !== true;
+    return this.isAway() && this.opensOffline !== true;
+  }
+
+  isAway() {
+    return this.connection.ok === false && !this.connection.stopped && this.connection.why === '';
   }
 
   soon() {
@@ -232,7 +237,7 @@ class PhonePage {
   counts() {
     const photos = this.queue ? [...this.queue.photos.values()] : [];
     return {
-      taken: photos.length, received: photos.filter(hasArrived).length, placed: photos.filter((p) => p.state === 'placed').length,
+      taken: photos.length, received: photos.filter((p) => hasArrived(p) || wasSentWhole(p)).length, placed: photos.filter((p) => p.state === 'placed').length,
     };
   }
 
@@ -284,9 +289,15 @@ class PhonePage {
   connectionWords(unsent) {
     if (this.connection.ok === null) return '';
     if (this.connection.ok && unsent > 0) return `Sending: ${plural(unsent, 'photo')} to go.`;
-    if (this.connection.ok) return this.queue.photos.size > 0 ? 'Everything is sent.' : 'Connected.';
-    if (this.connection.why) return `Waiting: ${this.connection.why}.`;
+    if (this.connection.ok) return this.queue.photos.size > 0 ? `Everything is sent.${this.firstWords()}` : 'Connected.';
+    if (this.connection.why) return sentence(this.connection.why);
     return unsent > 0 ? `No connection: ${plural(unsent, 'photo waits', 'photos wait')} on this phone, to be sent once it is back.` : 'No connection.';
+  }
+
+  // Of a photo that waits alone.
+  firstWords() {
+    const [first, second] = this.queue.photos.values();
+    return first.state === 'waiting' && !second ? ' This photo is placed once another shows about half of the same.' : '';
   }
 
   makeTile(photo) {
@@ -298,7 +309,7 @@ class PhonePage {
   }
 
   updateTile(tile, photo) {
-    const [word, what, help] = wordsOf(photo);
+    const [word, what, help] = wordsOf(photo, this.connection.ok === false);
     tile.className = `photo ${photo.state}`;
     tile.title = `${photo.name}, ${size(photo.size)}`;
     const [, wordLine, name, whatLine, helpLine] = tile.children;
@@ -342,7 +353,8 @@ class PhonePage {
 }
 
 // [word, what, what to do]
-function wordsOf(photo) {
+function wordsOf(photo, isHeldUp) {
+  if (photo.state === 'sending' && isHeldUp) return [...kWords.queued, ''];
   if (photo.state === 'sending' && photo.offset > 0) return ['Sending', `${Math.floor((100 * photo.offset) / photo.size)} %`, ''];
   if (photo.state === 'received' && photo.reason) return ['Received', photo.reason, ''];
   const known = kWords[photo.state];

@@ -16,7 +16,7 @@ const kAskedAtOnce = 400;
 const kInLedger = new Set(['waiting', 'placed', 'unplaced', 'failed']);
 const kDecided = new Set(['placed', 'failed', 'refused', 'lost']);
 // The server may think better of one that it refused before.
-const wasSentWhole = (photo) => photo.state === 'refused' && photo.offset === photo.size;
+export const wasSentWhole = (photo) => photo.state === 'refused' && photo.offset === photo.size;
 export const hasArrived = (photo) => photo.state === 'received' || kInLedger.has(photo.state);
 
 const kUnread = Symbol('unread');
@@ -48,6 +48,7 @@ export class Uploader {
     this.askTimer = null;
     this.round = 0;
     this.stopped = false; // the invitation does not hold
+    this.why = ''; // the server answers, and takes no photo now
   }
 
   start() {
@@ -83,6 +84,7 @@ export class Uploader {
   }
 
   succeeded() {
+    this.why = '';
     this.pause = kFirstPauseMs;
     this.on.connection({ ok: true, why: '' });
     this.askSoon(300);
@@ -90,6 +92,7 @@ export class Uploader {
 
   async failed(photo, error) {
     if (error instanceof Refused) {
+      this.why = '';
       await this.change(photo.sha, { state: 'refused', reason: error.message, cause: error.cause });
       return;
     }
@@ -98,7 +101,8 @@ export class Uploader {
       this.readLater(photo.sha);
       return;
     }
-    this.on.connection({ ok: false, why: error instanceof NotNow ? error.message : '' });
+    this.why = error instanceof NotNow ? error.message : '';
+    this.on.connection({ ok: false, why: this.why });
     if (this.timer !== null) return;
     this.timer = this.setTimeout(() => {
       this.timer = null;
@@ -225,7 +229,7 @@ export class Uploader {
     try {
       if (all && asked.length === 0) await this.askFor([]);
       for (let at = 0; at < asked.length && !this.stopped; at += kAskedAtOnce) await this.askFor(asked.slice(at, at + kAskedAtOnce));
-      if ((all || asked.length > 0) && !this.stopped) this.on.connection({ ok: true, why: '' });
+      if ((all || asked.length > 0) && !this.stopped) this.on.connection({ ok: this.why === '', why: this.why });
     } catch {
       this.round = 0;
       if (!this.stopped) this.on.connection({ ok: false, why: '' });

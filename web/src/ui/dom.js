@@ -34,6 +34,9 @@ export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
+// Text in which `...` is code, as nodes.
+export const withCode = (text) => text.split('`').map((part, i) => (i % 2 ? h('code', {}, part) : part));
+
 // Children of `container` for `items`, by key: kept, moved, made and removed as needed. Items with one key have an element each, in
 // their order.
 export function keyed(container, items, keyOf, create, update) {

@@ -1,6 +1,6 @@
 // Finishing the session from the page, for an operator: in a given time or as long as it takes, how far it is, and an earlier
 // end of a finish that runs.
-import { finishProgress, finishSeconds, kLastFinishStep, kMostFinishMinutes, seconds } from '../words.js';
+import { finishProgress, finishSeconds, kLastFinishStep, kMostFinishMinutes, seconds, sentence } from '../words.js';
 import { h, setText } from './dom.js';
 
 // Throws with the reason where it does not begin. On a finish that runs `within` is an earlier deadline, in seconds.
@@ -8,6 +8,9 @@ export async function askToFinish(within) {
   const answer = await fetch('/api/finish', { method: 'POST', headers: { 'Content-Type': 'application/json' }, body: JSON.stringify({ within_s: within }) });
   if (!answer.ok) throw new Error((await answer.json()).error);
 }
+
+// '' where ingest does not tell what the finish waits for.
+const stepOf = (state) => sentence(/^finishing[^:]*: (.+)/.exec(state)?.[1]);
 
 export class Finish {
   constructor() {
@@ -38,7 +41,7 @@ export class Finish {
     this.showButton();
     setText(this.words, this.told || words);
     const ingest = isRunning && isPresent && status?.processes?.find((p) => p.instance === 'ingest');
-    setText(this.detail, ingest ? `ingest: ${ingest.state}` : '');
+    setText(this.detail, ingest ? stepOf(String(ingest.state)) : '');
   }
 
   // A finish that runs ends sooner by a time alone.

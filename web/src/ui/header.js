@@ -5,7 +5,7 @@ import { byId, h, setText } from './dom.js';
 const kCounts = [
   ['received', 'Received', 'Photos that have arrived'],
   ['placed', 'Placed', 'Photos whose position is known'],
-  ['waiting', 'Waiting', 'Photos in work, or whose turn comes'],
+  ['waiting', 'Waiting', 'Photos whose place is being looked for'],
   ['unplaced', 'Not placed', 'Photos that were tried in vain, or failed'],
 ];
 

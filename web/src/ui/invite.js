@@ -45,10 +45,10 @@ export function showInvite({ agents }) {
       const shown = made.plain ?? made.secure;
       result.dataset.role = role;
       result.replaceChildren(...[
-        h('p', {}, h('b', {}, `For ${made.name}.`), ` ${kRoles[role][1]} Whoever has the link has the role: give each phone one of its own.`),
+        h('p', {}, h('b', {}, `For ${made.name}.`), ` ${kRoles[role][1]} Whoever has the link can do so: give each phone one of its own.`),
         role === 'agent' && agents.includes(made.name) && h('p', {}, `Photos of ${made.name} are here already: those of this phone count as the same.`),
         qrCode(shown.qr), h('p', {}, h('code', {}, shown.link)),
-        made.plain && h('p', { className: 'muted' }, 'Encrypted, with a warning of the browser to pass once: ', h('code', {}, made.secure.link)),
+        made.plain && h('p', { className: 'muted' }, 'Encrypted, and with the camera view; the browser warns once: ', h('code', {}, made.secure.link)),
       ].filter(Boolean));
     } catch (error) {
       result.replaceChildren(h('p', {}, `No invitation was made: ${error.message}.`));

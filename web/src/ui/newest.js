@@ -24,6 +24,6 @@ export class Newest {
       this.element.replaceChildren(picture, h('span', { className: 'text' }, h('small', {}, 'Newest'), h('b', {}, photoName(photo.agent, photo.name)), this.text));
     }
     this.shown = photo.id;
-    setText(this.text, `placed ${seconds((photo.firstPlaced - photo.received) / 1e6)} after it came`);
+    setText(this.text, `placed after ${seconds((photo.firstPlaced - photo.received) / 1e6)}`);
   }
 }

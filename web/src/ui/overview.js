@@ -31,14 +31,14 @@ export class Overview {
   constructor({ followAgent }) {
     this.followAgent = followAgent;
     this.agents = h('ul', { className: 'rows agents' });
-    this.noAgents = h('p', { className: 'muted' }, 'No agent has sent a photo yet.');
+    this.noAgents = h('p', { className: 'muted' }, 'No photo has come yet.');
     this.places = h('ul', { className: 'rows places' });
     this.advice = h('ul', { className: 'rows advice' });
     this.placesPart = h('section', { className: 'places_part', hidden: true }, h('h2', {}, 'How complete it is'), this.places, this.advice);
-    this.latency = new Plot('Seconds from photo to pose', { format: seconds });
+    this.latency = new Plot('Seconds from received to placed', { format: seconds });
     this.latencyWords = h('p', { className: 'figures' });
     this.latencyTop = h('span', { className: 'plot_top' });
-    this.backlog = new Plot('Photos in work over time', { format: groups, colour: 'waiting' });
+    this.backlog = new Plot('Photos waiting over time', { format: groups, colour: 'waiting' });
     this.backlogTop = h('span', { className: 'plot_top' });
     this.stages = h('dl', { className: 'stages' });
     this.stageValues = new Map(kStages.map(([key, label, title]) => {
@@ -50,8 +50,8 @@ export class Overview {
     this.processesPart = h('details', {}, h('summary', {}, 'Processes'), this.processes);
     this.downloads = h('div', { className: 'downloads' });
     this.finish = new Finish();
-    this.latencyPart = h('section', {}, h('h2', {}, 'Photo to pose'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop));
-    this.backlogPart = h('section', {}, h('h2', {}, 'In work'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages);
+    this.latencyPart = h('section', {}, h('h2', {}, 'From received to placed'), this.latencyWords, h('div', { className: 'plot_box' }, this.latency.element, this.latencyTop));
+    this.backlogPart = h('section', {}, h('h2', {}, 'Waiting'), h('div', { className: 'plot_box' }, this.backlog.element, this.backlogTop), this.stages);
     this.element = h(
       'div', {},
       h('section', {}, h('h2', {}, 'Agents'), this.noAgents, this.agents),
@@ -147,7 +147,7 @@ export class Overview {
       : `half within ${seconds(p50)}, 95 % within ${seconds(percentile(values, 95))}; last ${seconds(values[values.length - 1])}`);
   }
 
-  // How many photos were in work after each event that changed that: of facts alone, so replays have it, too.
+  // How many photos waited before and after each event that changed that: of facts alone, so replays have it, too.
   updateBacklog(view) {
     const steps = [];
     for (const photo of view.state.photos.values()) {
@@ -158,7 +158,7 @@ export class Overview {
     this.backlogPart.hidden = steps.length === 0;
     steps.sort((a, b) => a[0] - b[0]);
     let count = 0;
-    const series = steps.map(([x, d]) => ({ x, y: (count += d) }));
+    const series = steps.flatMap(([x, d]) => [{ x, y: count }, { x, y: (count += d) }]);
     this.backlog.set(series.length > kBacklogKept ? series.filter((_, i) => i % Math.ceil(series.length / kBacklogKept) === 0) : series);
     setText(this.backlogTop, this.backlog.highest);
     this.stages.hidden = !view.status?.backlog || !view.timeline.isLive || view.session.live === false;
