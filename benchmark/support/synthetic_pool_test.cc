@@ -53,7 +53,7 @@ TEST(SyntheticPool, PointsOfAMapAndDenseOnesLieNearTheTrueSurface) {
   EXPECT_GT(percentile(errors, 50), 1e-4) << "points have no noise";
   EXPECT_NEAR(mean(map.error_px), 0.5, 0.3);
 
-  DenseCloud cloud({}, pool);
+  DenseCloud cloud(pool, 2);
   const std::vector<Eigen::Vector3d> points = cloud.Make(map);
   ASSERT_GT(points.size(), 1000u);
   std::vector<double> dense_errors;

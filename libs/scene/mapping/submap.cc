@@ -352,7 +352,9 @@ void Submap::RefineUntilStable(const EventSink& sink) {
       if (options_.IsStopped()) return;
       settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-      WithdrawForRetry(consistency_.FindPhotosWithBetterPose(),
+      const std::vector<ImageId> false_poses = consistency_.FindPhotosWithBetterPose();
+      grew_on_false_pose_ |= !false_poses.empty();
+      WithdrawForRetry(false_poses,
                        {Refusal::Cause::kContradicted, "another pose fits its points better"},
                        sink);
     }
@@ -520,6 +522,32 @@ void Submap::Finish(const EventSink& sink) {
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
   if (MapAsBatch(Batch(), sink)) AdjustWithPointsAnew(sink);
+  if (grew_on_false_pose_ && !options_.IsStopped()) TakeSmallerError(sink);
+}
+
+// A photo that stood at a false pose bends the map that grows on it, cameras included, and a map
+// that is bent so is a minimum of its own: it stays when the photo has gone to its place. A map of
+// all photos at once has no such history. Both are finished, so that their errors can be compared.
+void Submap::TakeSmallerError(const EventSink& sink) {
+  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, false, false);
+  if (anew == nullptr) return;
+  anew->AdjustWithPointsAnew([](const PhotoEvent&) {});
+  if (options_.IsStopped()) return;
+  grew_on_false_pose_ = false;
+  const SubmapStatistics here = Statistics(), there = anew->Statistics();
+  const auto agreeing = [&](const Submap& submap) {
+    return static_cast<double>(CountMatches(options_, *submap.map_, submap.waiting_).agreeing);
+  };
+  const bool is_smaller = there.num_images >= here.num_images &&
+                          there.mean_reprojection_error_px < here.mean_reprojection_error_px &&
+                          agreeing(*anew) >= (1 - options_.min_rebuild_gain) * agreeing(*this);
+  LogInfo("a photo stood at a false pose; mapped anew: {} photos, {:.3f} px for {} and {:.3f}; {}",
+          there.num_images, there.mean_reprojection_error_px, here.num_images,
+          here.mean_reprojection_error_px, is_smaller ? "taken" : "left");
+  if (!is_smaller) return;
+  anew->map().AlignTo(map_->reconstruction());
+  ReplaceByRebuilt(*anew, sink);
+  adjuster_.Check(false);
 }
 
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {

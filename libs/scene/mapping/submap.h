@@ -197,6 +197,7 @@ class Submap {
   bool Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink);
 
   void AdjustWithPointsAnew(const EventSink& sink);
+  void TakeSmallerError(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   bool IsVerdictKnown(const Batch& batch) const;
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
@@ -217,9 +218,10 @@ class Submap {
   Adjuster adjuster_;
   Consistency consistency_;
   Maintenance maintenance_;
-  FoundPoses found_poses_;         // of guests
-  ImageId first_ = 0;              // of the initial pair
-  bool is_maintained_ = true;      // see LeaveOutMaintenance
+  FoundPoses found_poses_;           // of guests
+  ImageId first_ = 0;                // of the initial pair
+  bool is_maintained_ = true;        // see LeaveOutMaintenance
+  bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:
   struct Settled {
