@@ -1,22 +1,26 @@
 #include "dense/dense_service.h"
 
 #include <algorithm>
-#include <exception>
+#include <iterator>
 #include <stdexcept>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/counted.h"
 #include "core/hash.h"
 #include "core/log.h"
 #include "core/threads.h"
 #include "event_loop/exit_signal.h"
+#include "event_loop/step_record.h"
 
 namespace skein {
 namespace {
 
 constexpr double kTellS = 1;  // period of points that have changed
 constexpr double kAgainS = 5;
-constexpr char kStep[] = "depth map";
+// Names of steps.
+constexpr char kMapStep[] = "depth map";
+constexpr char kMeshStep[] = "mesh";
 constexpr int kNiceness = 19;  // photos are placed first
 
 LiveMeshOptions MeshOptionsOf(const DenseOptions& options) {
@@ -44,11 +48,15 @@ DenseManifest ManifestOf(const std::map<uint32_t, DensePhotoPoints>& points,
 DenseService::DenseService(Node& node, const DenseOptions& options)
     : node_(node),
       options_(options),
-      failed_(node.options().session_dir, node.steps().left(), PreviousExitSignal()),
+      failed_maps_(node.options().session_dir, "dense.failed", kMapStep, node.steps().left(),
+                   PreviousExitSignal()),
+      failed_meshes_(node.options().session_dir, "dense_mesh.failed", kMeshStep,
+                     node.steps().left(), PreviousExitSignal()),
       maps_(options.size_px, int64_t{options.memory_mib} << 20,
             [this] { worker_->NoteProgress(); }),
       mesh_(MeshOptionsOf(options)),
-      left_out_(failed_.LeftOut()) {
+      left_out_(failed_maps_.LeftOut()),
+      meshes_left_out_(failed_meshes_.LeftOut()) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
   worker_->Run([this] { Prepare(); }, [] {});
   shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
@@ -109,16 +117,25 @@ void DenseService::Go() {
   }
   worker_->Run(
       [this, shapes, live = LiveSubmaps(), ended = std::exchange(ended_, {}),
-       left_out = std::exchange(left_out_, {})] {
-        has_new_maps_ |= !left_out.empty() || !ended.empty();
-        for (const uint32_t id : left_out) maps_.LeaveOut(id);
+       photos = std::exchange(left_out_, {}), meshes = std::exchange(meshes_left_out_, {})] {
+        has_new_maps_ |= !photos.empty() || !ended.empty();
+        LeaveOut(photos, meshes);
         for (const int64_t id : ended) {
           maps_.DropSubmap(id);
           mesh_.Drop(id);
         }
-        return MakePlan(shapes, live);
+        return Attempt([&] { return MakePlan(shapes, live); });
       },
-      [this](const Plan& plan) { OnPlan(plan); });
+      [this](const Result<Plan>& plan) {
+        if (!plan.ok()) LogError("no plan until the next shape: {}", plan.error());
+        OnPlan(plan.ok() ? *plan : Plan());
+      });
+}
+
+void DenseService::LeaveOut(const std::vector<int64_t>& photos,
+                            const std::vector<int64_t>& meshes) {
+  for (const int64_t id : photos) maps_.LeaveOut(static_cast<uint32_t>(id));
+  for (const int64_t id : meshes) mesh_.LeaveOut(id);
 }
 
 // A shape may name photos that are none.
@@ -135,35 +152,59 @@ DenseService::Plan DenseService::MakePlan(const std::vector<ShapePtr>& shapes,
                                           const std::vector<int64_t>& live) {
   has_new_maps_ |= !shapes.empty();
   for (const ShapePtr& shape : shapes) {
-    const Status taken = maps_.Update(*shape);
+    const Status taken = Attempt([&] { return maps_.Update(*shape); });
     if (!taken.ok()) LogWarn("submap {}: {}", shape->submap_id, taken.error());
   }
-  Plan plan{maps_.Next(), {}, false};
+  Plan plan;
+  plan.task = maps_.Next();
   if (plan.task) return plan;
   if (const auto id = maps_.NextToRefine()) {
     plan.goes_on = has_new_maps_ = true;
-    if (!Try(*id, [&] { maps_.Refine(*id, NowUs()); })) plan.failed.push_back(*id);
+    if (!Try({*id, kMapStep}, [&] { maps_.Refine(*id, NowUs()); })) plan.failed.push_back(*id);
   } else {
-    plan.goes_on = GrowMesh(live);
+    plan.goes_on = GrowMesh(live, &plan.failed_meshes);
   }
   return plan;
 }
 
 // A step of the mesh, while nothing else is to do. False: the mesh is complete.
-bool DenseService::GrowMesh(const std::vector<int64_t>& live) {
+bool DenseService::GrowMesh(const std::vector<int64_t>& live, std::vector<int64_t>* failed) {
   if (options_.surface_memory_mib == 0) return false;
+  std::vector<int64_t> meshed;
+  std::copy_if(live.begin(), live.end(), std::back_inserter(meshed),
+               [this](int64_t id) { return !mesh_.IsLeftOut(id); });
   if (std::exchange(has_new_maps_, false)) {
-    for (const int64_t id : live) mesh_.Update(id, maps_.ConfirmedOf(id));
+    for (const int64_t id : meshed) {
+      const auto update = [&] { mesh_.Update(id, maps_.ConfirmedOf(id)); };
+      TryMesh(id, update, failed);
+    }
+    if (!failed->empty()) return true;
   }
-  worker_->NoteProgress();
-  return mesh_.Step(NowUs());
+  bool is_changed = false;
+  for (const int64_t id : meshed) {
+    const auto step = [&] { is_changed = mesh_.Step(id, NowUs()); };
+    if (!TryMesh(id, step, failed) || is_changed) return true;
+  }
+  return false;
+}
+
+// False: it threw. The submap's mesh then begins again.
+bool DenseService::TryMesh(int64_t submap_id, const std::function<void()>& work,
+                           std::vector<int64_t>* failed) {
+  if (Try({submap_id, kMeshStep}, work)) return true;
+  mesh_.Drop(submap_id);
+  has_new_maps_ = true;
+  failed->push_back(submap_id);
+  return false;
 }
 
 void DenseService::OnPlan(const Plan& plan) {
   NoteFailures(plan.failed);
+  NoteFailedMeshes(plan.failed_meshes);
   if (plan.task) return Gather(*plan.task);
   working_ = false;
-  if (plan.goes_on || !changed_.empty() || !ended_.empty() || !left_out_.empty()) Go();
+  const bool is_told = !changed_.empty() || !ended_.empty() || !left_out_.empty();
+  if (plan.goes_on || is_told) Go();
 }
 
 void DenseService::Gather(DenseTask task) {
@@ -186,8 +227,11 @@ void DenseService::Gather(DenseTask task) {
 }
 
 void DenseService::MakeMap(const std::shared_ptr<Gathering>& gathering) {
-  worker_->Run([this, gathering] { return Make(*gathering); },
-               [this](const Made& made) { OnMade(made); });
+  worker_->Run([this, gathering] { return Attempt([&] { return Make(*gathering); }); },
+               [this, id = gathering->task.image_id](const Result<Made>& made) {
+                 if (!made.ok()) LogWarn("{} {}: {}", kMapStep, id, made.error());
+                 OnMade(made.ok() ? *made : Made{{id}, 0});
+               });
 }
 
 DenseService::Made DenseService::Make(const Gathering& gathering) {
@@ -195,7 +239,7 @@ DenseService::Made DenseService::Make(const Gathering& gathering) {
   const Timer timer;
   Made made;
   const auto attempt = [&](uint32_t id, const std::function<void()>& work) {
-    if (!Try(id, work)) made.failed.push_back(id);
+    if (!Try({id, kMapStep}, work)) made.failed.push_back(id);
   };
   for (const auto& [id, photo] : gathering.photos) {
     if (!photo.ok()) {
@@ -214,24 +258,19 @@ DenseService::Made DenseService::Make(const Gathering& gathering) {
   return made;
 }
 
-// False: it threw. A crash counts against the photo by the record of steps.
-bool DenseService::Try(uint32_t image_id, const std::function<void()>& work) {
+// False: it threw. A crash counts against the item by the record of steps.
+bool DenseService::Try(const Step& step, const std::function<void()>& work) {
   worker_->NoteProgress();
-  const StepRecord::Scope scope(&node_.steps(), 0, {image_id, kStep});
-  try {
-    work();
-    return true;
-  } catch (const std::exception& error) {
-    LogWarn("image {}: {}", image_id, error.what());
-    return false;
-  }
+  const Status status = AttemptStep(&node_.steps(), 0, step, work);
+  if (!status.ok()) LogWarn("{} {}: {}", step.name, step.item, status.error());
+  return status.ok();
 }
 
 // False: the photo is to blame. Where no decoder can be started, it is wanted again with the next
 // shape.
 bool DenseService::Decode(uint32_t image_id, const Bytes& photo) {
   Status status;
-  const bool is_done = Try(image_id, [&] {
+  const bool is_done = Try({image_id, kMapStep}, [&] {
     const Result<DecodedPhoto> decoded = decoder_->Decode(photo, options_.size_px);
     status = decoded.ok() ? maps_.SetPhoto(image_id, cv::Mat3b(decoded->image)) : decoded.status();
   });
@@ -249,7 +288,13 @@ void DenseService::OnMade(const Made& made) {
 
 void DenseService::NoteFailures(const std::vector<uint32_t>& failed) {
   for (const uint32_t id : failed) {
-    if (failed_.Note(id)) left_out_.push_back(id);
+    if (failed_maps_.Note(id)) left_out_.push_back(id);
+  }
+}
+
+void DenseService::NoteFailedMeshes(const std::vector<int64_t>& failed) {
+  for (const int64_t id : failed) {
+    if (failed_meshes_.Note(id)) meshes_left_out_.push_back(id);
   }
 }
 
@@ -263,23 +308,31 @@ std::vector<int64_t> DenseService::LiveSubmaps() const {
   return live;
 }
 
-void DenseService::TakeSnapshot() {
-  if (worker_->num_pending() > 1) return;  // the last snapshot waits still
-  worker_->Run(
-      [this, live = LiveSubmaps(), told = told_changes_] {
-        Snapshot snapshot;
-        snapshot.num_waiting = maps_.num_waiting();
-        snapshot.changes = maps_.changes() + mesh_.changes();
-        if (snapshot.changes == told) return snapshot;
-        for (const int64_t id : live) {
-          snapshot.surfaces[id] = {maps_.PointsOfSubmap(id), mesh_.MeshOfSubmap(id)};
-        }
-        return snapshot;
-      },
-      [this](Snapshot snapshot) { OnSnapshot(std::move(snapshot)); });
+// On the worker.
+DenseService::Snapshot DenseService::MakeSnapshot(const std::vector<int64_t>& live,
+                                                  uint64_t told) const {
+  Snapshot snapshot;
+  snapshot.num_waiting = maps_.num_waiting();
+  snapshot.changes = maps_.changes() + mesh_.changes();
+  if (snapshot.changes == told) return snapshot;
+  for (const int64_t id : live) {
+    snapshot.surfaces[id] = {maps_.PointsOfSubmap(id), mesh_.MeshOfSubmap(id)};
+  }
+  return snapshot;
 }
 
-void DenseService::OnSnapshot(Snapshot snapshot) {
+void DenseService::TakeSnapshot() {
+  if (worker_->num_pending() > 1) return;  // the last snapshot waits still
+  worker_->Run([this, live = LiveSubmaps(),
+                told = told_changes_] { return Attempt([&] { return MakeSnapshot(live, told); }); },
+               [this](const Result<Snapshot>& snapshot) {
+                 Status told = snapshot.status();
+                 if (told.ok()) told = Attempt([&] { OnSnapshot(*snapshot); });
+                 if (!told.ok()) LogError("points are not published: {}", told.error());
+               });
+}
+
+void DenseService::OnSnapshot(const Snapshot& snapshot) {
   num_waiting_ = snapshot.num_waiting;
   told_changes_ = snapshot.changes;
   for (const auto& [submap_id, surface] : snapshot.surfaces) {

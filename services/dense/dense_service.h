@@ -15,7 +15,7 @@
 #include "blobs/blob_shelf.h"
 #include "dense/dense_maps.h"
 #include "dense/dense_options.h"
-#include "dense/failed_photos.h"
+#include "dense/failed_items.h"
 #include "dense/live_mesh.h"
 #include "event_loop/worker_thread.h"
 #include "formats/dense.h"
@@ -29,7 +29,9 @@
 namespace skein {
 
 // DenseService knows only what the ledger, the photos and the mappers tell, so it may die and
-// return at any time: it then begins again. Loop's thread; maps are made on another.
+// return at any time: it then begins again. An exception, a crash or a hang counts against
+// the photo, or against the mesh of the submap (failed_items.h). Loop's thread; maps are made on
+// another.
 class DenseService {
  public:
   DenseService(Node& node, const DenseOptions& options);
@@ -69,6 +71,7 @@ class DenseService {
   struct Plan {
     std::optional<DenseTask> task;
     std::vector<uint32_t> failed;
+    std::vector<int64_t> failed_meshes;  // submaps
     bool goes_on = false;
   };
 
@@ -80,17 +83,21 @@ class DenseService {
   ShapePtr KnownPhotosOf(const Shape& shape) const;
   void OnPlan(const Plan& plan);
   void NoteFailures(const std::vector<uint32_t>& failed);
+  void NoteFailedMeshes(const std::vector<int64_t>& failed);
   // On the worker.
   void Prepare();
   Plan MakePlan(const std::vector<ShapePtr>& shapes, const std::vector<int64_t>& live);
   Made Make(const Gathering& gathering);
-  bool GrowMesh(const std::vector<int64_t>& live);
-  bool Try(uint32_t image_id, const std::function<void()>& work);
+  void LeaveOut(const std::vector<int64_t>& photos, const std::vector<int64_t>& meshes);
+  bool GrowMesh(const std::vector<int64_t>& live, std::vector<int64_t>* failed);
+  bool TryMesh(int64_t submap_id, const std::function<void()>& work, std::vector<int64_t>* failed);
+  bool Try(const Step& step, const std::function<void()>& work);
   bool Decode(uint32_t image_id, const Bytes& photo);
   // On the loop.
   void OnMade(const Made& made);
+  Snapshot MakeSnapshot(const std::vector<int64_t>& live, uint64_t told) const;
   void TakeSnapshot();
-  void OnSnapshot(Snapshot snapshot);
+  void OnSnapshot(const Snapshot& snapshot);
   std::vector<int64_t> LiveSubmaps() const;
   void Tell(int64_t submap_id, const Surface& surface);
   void LogNew(const DenseManifest& manifest);
@@ -99,15 +106,15 @@ class DenseService {
 
   Node& node_;
   const DenseOptions options_;
-  FailedPhotos failed_;
+  FailedItems failed_maps_, failed_meshes_;
   SessionState state_;
   ShapeStore store_;
-  DenseMaps maps_;                         // used by the worker
-  LiveMesh mesh_;                          // the same
-  bool has_new_maps_ = false;              // the same: what the mesh has not heard of
-  std::unique_ptr<PhotoDecoder> decoder_;  // the same; its child is as nice as the worker
-  std::set<int64_t> changed_, ended_;      // submaps that the worker is to hear of
-  std::vector<uint32_t> left_out_;         // the same, photos
+  DenseMaps maps_;                                   // used by the worker
+  LiveMesh mesh_;                                    // the same
+  bool has_new_maps_ = false;                        // the same: what the mesh has not heard of
+  std::unique_ptr<PhotoDecoder> decoder_;            // the same; its child is as nice as the worker
+  std::set<int64_t> changed_, ended_;                // submaps that the worker is to hear of
+  std::vector<int64_t> left_out_, meshes_left_out_;  // the same: photos, and submaps
   bool working_ = false;
   std::map<int64_t, Told> told_;  // by submap
   std::set<uint32_t> shown_;      // photos whose points were published

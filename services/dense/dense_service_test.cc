@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
+#include <new>
+#include <stdexcept>
+
 #include "formats/mesh_chunk.h"
 #include "shapes/dense_follower.h"
 #include "testing/test_node.h"
@@ -135,6 +139,51 @@ TEST_F(DenseServiceTest, APhotoThatCannotBeDecodedIsLeftOut) {
   const auto service = Start();
   ASSERT_TRUE(WaitFor([&] { return NumPhotos() == 3; }));
   EXPECT_NE(store_.Find(kSubmap)->manifest.photos[0].image_id, 1u);
+}
+
+TEST_F(DenseServiceTest, APhotoOnWhichAnExceptionComesIsLeftOut) {
+  StorePhotos();
+  ShowMap(1);
+  node_.steps().OnBegin([](const Step& step) {
+    if (step.name == "depth map" && step.item == 1) throw std::bad_alloc();
+  });
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] { return NumPhotos() == 3; }));
+  EXPECT_NE(store_.Find(kSubmap)->manifest.photos[0].image_id, 1u);
+}
+
+TEST_F(DenseServiceTest, AMeshOnWhichAnExceptionComesBeginsAgain) {
+  StorePhotos();
+  ShowMap(1);
+  std::atomic<int> num_thrown{0};
+  node_.steps().OnBegin([&](const Step& step) {
+    if (step.name == "mesh" && num_thrown < kMaxDenseFailures - 1 && ++num_thrown > 0)
+      throw std::runtime_error("no surface");
+  });
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] {
+    const DensePointsPtr points = store_.Find(kSubmap);
+    return points != nullptr && points->manifest.NumTriangles() > 1000;
+  }));
+  EXPECT_EQ(num_thrown, kMaxDenseFailures - 1);
+}
+
+// Depth maps do without it.
+TEST_F(DenseServiceTest, AMeshThatAlwaysThrowsIsLeftOut) {
+  StorePhotos();
+  ShowMap(1);
+  std::atomic<int> num_thrown{0};
+  node_.steps().OnBegin([&](const Step& step) {
+    if (step.name != "mesh") return;
+    ++num_thrown;
+    throw std::runtime_error("no surface");
+  });
+  const auto service = Start();
+  ASSERT_TRUE(WaitFor([&] { return num_thrown >= kMaxDenseFailures && NumPhotos() == 4; }));
+  ShowMap(2);
+  loop_.RunUntil([] { return false; }, 2);
+  EXPECT_EQ(num_thrown, kMaxDenseFailures) << "not tried any more";
+  EXPECT_EQ(store_.Find(kSubmap)->manifest.NumTriangles(), 0);
 }
 
 TEST_F(DenseServiceTest, AnotherOneBeginsAgain) {

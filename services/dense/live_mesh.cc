@@ -426,6 +426,7 @@ LiveMesh::LiveMesh(const LiveMeshOptions& options) : options_(options) {}
 LiveMesh::~LiveMesh() = default;
 
 void LiveMesh::Update(int64_t submap_id, const std::map<uint32_t, ConfirmedMap>& maps) {
+  if (IsLeftOut(submap_id)) return;
   std::unique_ptr<Submap>& submap = submaps_[submap_id];
   if (submap == nullptr) submap = std::make_unique<Submap>(options_.max_bytes);
   submap->Update(maps);
@@ -435,16 +436,19 @@ void LiveMesh::Drop(int64_t submap_id) {
   if (submaps_.erase(submap_id) > 0) ++changes_;
 }
 
-bool LiveMesh::Step(int64_t utime_us) {
-  for (auto& [id, submap] : submaps_) {
-    bool is_changed = false;
-    const bool is_done = submap->Step(utime_us, &is_changed);
-    changes_ += is_changed;
-    if (!is_done) continue;
-    KeepLimits();
-    return true;
-  }
-  return false;
+void LiveMesh::LeaveOut(int64_t submap_id) {
+  Drop(submap_id);
+  left_out_.insert(submap_id);
+}
+
+bool LiveMesh::Step(int64_t submap_id, int64_t utime_us) {
+  const auto submap = submaps_.find(submap_id);
+  if (submap == submaps_.end()) return false;
+  bool is_changed = false;
+  const bool is_done = submap->second->Step(utime_us, &is_changed);
+  changes_ += is_changed;
+  if (is_done) KeepLimits();
+  return is_done;
 }
 
 void LiveMesh::KeepLimits() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "core/bytes.h"
@@ -41,9 +42,13 @@ class LiveMesh {
   // All maps of a submap, by image.
   void Update(int64_t submap_id, const std::map<uint32_t, ConfirmedMap>& maps);
   void Drop(int64_t submap_id);
+  // The submap's mesh failed too often: it gets none any more.
+  void LeaveOut(int64_t submap_id);
+  bool IsLeftOut(int64_t submap_id) const { return left_out_.count(submap_id) > 0; }
 
-  // Adds or takes out one map, or makes one chunk. False: nothing was to do.
-  bool Step(int64_t utime_us);
+  // Adds or takes out one map of the submap, or makes one chunk. False: nothing was to do. After an
+  // exception the submap must be dropped.
+  bool Step(int64_t submap_id, int64_t utime_us);
 
   SubmapMesh MeshOfSubmap(int64_t submap_id) const;
   // Rises with each change of what MeshOfSubmap returns.
@@ -62,6 +67,7 @@ class LiveMesh {
 
   const LiveMeshOptions options_;
   std::map<int64_t, std::unique_ptr<Submap>> submaps_;
+  std::set<int64_t> left_out_;
   uint64_t changes_ = 0;
 };
 

@@ -40,7 +40,7 @@ std::map<uint32_t, ConfirmedMap> Maps(int count) {
 
 int Finish(LiveMesh* mesh) {
   int num_steps = 0;
-  while (mesh->Step(kUtimeUs)) ++num_steps;
+  while (mesh->Step(kSubmap, kUtimeUs)) ++num_steps;
   return num_steps;
 }
 
@@ -124,6 +124,16 @@ TEST(LiveMesh, NothingIsToDoWhereNothingChanged) {
   EXPECT_EQ(mesh.changes(), changes);
 }
 
+TEST(LiveMesh, ASubmapThatIsLeftOutHasNoMeshAnyMore) {
+  LiveMesh mesh(Enough());
+  mesh.Update(kSubmap, Maps(2));
+  Finish(&mesh);
+  mesh.LeaveOut(kSubmap);
+  mesh.Update(kSubmap, Maps(3));
+  EXPECT_EQ(Finish(&mesh), 0);
+  EXPECT_TRUE(mesh.MeshOfSubmap(kSubmap).blobs.empty());
+}
+
 TEST(LiveMesh, AMapThatLeftLeavesNoTrace) {
   LiveMesh mesh(Enough()), other(Enough());
   std::map<uint32_t, ConfirmedMap> maps = Maps(5);
@@ -161,7 +171,7 @@ TEST(LiveMesh, WhereMostMapsMovedTheOldMeshStaysUntilTheNewOneIsThere) {
   const SubmapMesh before = mesh.MeshOfSubmap(kSubmap);
   for (auto& [id, map] : maps) map.map.cam_from_world.translation.x() += 5;
   mesh.Update(kSubmap, maps);
-  ASSERT_TRUE(mesh.Step(kUtimeUs));
+  ASSERT_TRUE(mesh.Step(kSubmap, kUtimeUs));
   EXPECT_EQ(mesh.MeshOfSubmap(kSubmap).blobs, before.blobs);
   EXPECT_EQ(mesh.MeshOfSubmap(kSubmap).list.frame[0].tvec, before.list.frame[0].tvec);
   Finish(&mesh);

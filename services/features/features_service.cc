@@ -1,9 +1,9 @@
 #include "features/features_service.h"
 
-#include <exception>
 #include <iterator>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/log.h"
 #include "features/idle_cores.h"
@@ -64,32 +64,29 @@ void FeaturesService::ComputeNext() {
   FetchedPhoto photo = std::move(newest->second);
   fetched_.erase(newest);
   work_.SetCurrent(id);
-  worker_.Run([this, photo = std::move(photo)] { return Describe(photo.image, photo.bytes); },
-              [this, id](const Result<Described>& described) {
-                if (described.ok()) {
-                  Submit(id, *described);
-                } else {
-                  Fail(id, described.error(), described.code() != StatusCode::kUnavailable);
-                }
-                ComputeNext();
-              });
+  worker_.Run(
+      [this, photo = std::move(photo)] {
+        return Attempt([&] { return Describe(photo.image, photo.bytes); });
+      },
+      [this, id](const Result<Described>& described) {
+        OnDescribed(id, described);
+        ComputeNext();
+      });
 }
 
-// An exception counts against the photo: if it ended the process, the photo would be given back as
-// good, and end the next process.
-Result<PhotoDescription> FeaturesService::TryToDescribe(const image_t& image, const Bytes& photo) {
-  try {
-    return DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px, image.orientation,
-                         &sift_, ThreadsForIdleCores(max_threads_), model_.get());
-  } catch (const std::exception& error) {
-    return Unavailable(error.what());
-  }
+// Ingest counts an exception, and parks the photo after three.
+void FeaturesService::OnDescribed(int64_t image_id, const Result<Described>& described) {
+  Status status = described.status();
+  if (status.ok()) status = Attempt([&] { Submit(image_id, *described); });
+  if (!status.ok()) Fail(image_id, status.error(), status.code != StatusCode::kUnavailable);
 }
 
 Result<FeaturesService::Described> FeaturesService::Describe(const image_t& image,
                                                              const Bytes& photo) {
   const Timer timer;
-  auto result = TryToDescribe(image, photo);
+  auto result =
+      DescribePhoto(decoder_.get(), photo, image.width_px, image.height_px, image.orientation,
+                    &sift_, ThreadsForIdleCores(max_threads_), model_.get());
   if (!result.ok()) return result.status();
   Described described;
   described.photo = std::move(*result);

@@ -45,7 +45,7 @@ class FeaturesService {
   void OnWork(const work_t& work);
   void StartIfKnown(int64_t image_id);
   void ComputeNext();
-  Result<PhotoDescription> TryToDescribe(const image_t& image, const Bytes& photo);
+  void OnDescribed(int64_t image_id, const Result<Described>& described);
   Result<Described> Describe(const image_t& image, const Bytes& photo);
   void Submit(int64_t image_id, const Described& described);
   void Fail(int64_t image_id, const std::string& reason, bool permanent);

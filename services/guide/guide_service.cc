@@ -6,9 +6,11 @@
 #include <thread>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/log.h"
 #include "core/process.h"
+#include "event_loop/step_record.h"
 #include "guide/messages.h"
 #include "session/read_session.h"
 
@@ -21,6 +23,8 @@ double ShareOfACore(double work_share) {
 }
 
 constexpr double kAgainS = 5;
+constexpr int kMaxThrown = 3;  // exceptions of a submap
+constexpr char kStep[] = "guidance";
 constexpr size_t kMaxAgents = 64;  // of a submap that are told what to photograph
 
 NoGoAreas NoGoOf(const GuideOptions& options) {
@@ -106,6 +110,7 @@ void GuideService::OnFact(const Fact& fact) {
   store_.Drop(end->submap_id);
   vain_.Drop(end->submap_id);
   guides_.erase(end->submap_id);
+  num_thrown_.erase(end->submap_id);
   guidance_.erase(end->submap_id);
   for (auto advice = advice_.begin(); advice != advice_.end();) {
     const bool is_of_it = advice->second.submap_id == end->submap_id;
@@ -123,6 +128,8 @@ void GuideService::NoteOutcome(const Fact& fact) {
 }
 
 void GuideService::GuideAnew(int64_t submap_id) {
+  const auto thrown = num_thrown_.find(submap_id);
+  if (thrown != num_thrown_.end() && thrown->second >= kMaxThrown) return;
   if (std::find(changed_.begin(), changed_.end(), submap_id) == changed_.end()) {
     changed_.push_back(submap_id);
   }
@@ -152,9 +159,10 @@ void GuideService::Start(int64_t submap_id) {
   std::shared_ptr<PlaceGuide>& guide = guides_[submap_id];
   if (guide == nullptr) guide = std::make_shared<PlaceGuide>(options_, no_go_);
   worker_->Run(
-      [guide, input = InputOf(shape)] {
+      [&steps = node_.steps(), guide, submap_id, input = InputOf(shape)] {
         const double begin_s = ThreadCpuS();
-        Result<PlaceGuidance> guidance = guide->Update(input);
+        Result<PlaceGuidance> guidance =
+            AttemptStep(&steps, 0, {submap_id, kStep}, [&] { return guide->Update(input); });
         return Job{std::move(guidance), ThreadCpuS() - begin_s};
       },
       [this, submap_id, begin_s = node_.loop().now_s()](const Job& job) {
@@ -187,25 +195,37 @@ void GuideService::OnDone(int64_t submap_id, const Job& job) {
   working_ = false;
   ++num_done_;
   sum_s_ += job.seconds;
-  if (!job.guidance.ok()) {
-    LogWarn("submap {}: no guidance: {}", submap_id, job.guidance.error());
-  } else if (state_.IsLive(submap_id)) {
-    const PlaceGuidance& guidance = *job.guidance;
-    guidance_t told = ToMessage(guidance);
-    told.author = node_.instance();
-    node_.Publish(kGuidanceChannel, told);
-    guidance_[submap_id] = told;
-    for (const AgentAdvice& advice : guidance.advice) {
-      vain_.NoteAdvice(submap_id, advice);
-      advice_t message = ToMessage(guidance, advice);
-      message.author = node_.instance();
-      node_.Publish(kAdviceChannel, message);
-      advice_[advice.agent] = std::move(message);
-    }
-    LogDebug("submap {}: {} photos, {}; {:.3f} s of CPU", submap_id, guidance.place.num_photos,
-             guidance.place.sentence, job.seconds);
+  Status status = job.guidance.status();
+  if (status.ok() && state_.IsLive(submap_id)) {
+    status = Attempt([&] { Tell(*job.guidance); });
+    LogDebug("submap {}: {} photos, {}; {:.3f} s of CPU", submap_id, job.guidance->place.num_photos,
+             job.guidance->place.sentence, job.seconds);
   }
+  if (!status.ok()) NoteFailure(submap_id, status);
   StartIfDue();
+}
+
+// What is known of the submap may be half done after an exception: the next shape begins anew.
+void GuideService::NoteFailure(int64_t submap_id, const Status& status) {
+  LogWarn("submap {}: no guidance: {}", submap_id, status.error());
+  if (status.code != StatusCode::kUnavailable || !state_.IsLive(submap_id)) return;
+  guides_.erase(submap_id);
+  if (++num_thrown_[submap_id] == kMaxThrown) LogWarn("submap {}: it is left out", submap_id);
+}
+
+void GuideService::Tell(const PlaceGuidance& guidance) {
+  const int64_t submap_id = guidance.submap_id;
+  guidance_t told = ToMessage(guidance);
+  told.author = node_.instance();
+  node_.Publish(kGuidanceChannel, told);
+  guidance_[submap_id] = told;
+  for (const AgentAdvice& advice : guidance.advice) {
+    vain_.NoteAdvice(submap_id, advice);
+    advice_t message = ToMessage(guidance, advice);
+    message.author = node_.instance();
+    node_.Publish(kAdviceChannel, message);
+    advice_[advice.agent] = std::move(message);
+  }
 }
 
 void GuideService::TellAgain() {

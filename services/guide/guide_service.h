@@ -24,8 +24,8 @@
 namespace skein {
 
 // GuideService knows only what the ledger and the mappers tell, so it may die and return at any
-// time; it then has forgotten which advice failed. Loop's thread; guidance is worked out on
-// another.
+// time; it then has forgotten which advice failed. An exception counts against the submap, of which
+// nothing is told any more after three. Loop's thread; guidance is worked out on another.
 class GuideService {
  public:
   // Throws std::invalid_argument where options.no_go cannot be read.
@@ -48,6 +48,8 @@ class GuideService {
   void Start(int64_t submap_id);
   PlaceInput InputOf(const ShapePtr& shape) const;
   void OnDone(int64_t submap_id, const Job& job);
+  void NoteFailure(int64_t submap_id, const Status& status);
+  void Tell(const PlaceGuidance& guidance);
   void TellAgain();
 
   Node& node_;
@@ -65,6 +67,7 @@ class GuideService {
   double sum_s_ = 0;
   // By submap; used by the worker.
   std::map<int64_t, std::shared_ptr<PlaceGuide>> guides_;
+  std::map<int64_t, int> num_thrown_;       // exceptions, by submap
   std::map<int64_t, guidance_t> guidance_;  // as told, by submap
   std::map<std::string, advice_t> advice_;  // as told, by agent
   PollLoop::TimerId timer_ = 0;

@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <stdexcept>
 
 #include "testing/test_node.h"
 #include "testing/test_place.h"
@@ -116,6 +118,48 @@ TEST_F(GuideServiceTest, TellsOfAPlaceAndAdvisesItsAgents) {
   ASSERT_TRUE(WaitFor([&] { return guidance_.size() > before && num_advice_ > advice_before; }))
       << "it is told again";
   EXPECT_EQ(Version(), 20);
+}
+
+class ThrowingGuideTest : public GuideServiceTest {
+ protected:
+  // The first `num` guidances throw.
+  void ThrowFirst(int num) {
+    node_.steps().OnBegin([this, num](const Step& step) {
+      if (step.item == kSubmap && ++num_begun_ <= num) throw std::runtime_error("no guidance");
+    });
+  }
+  // Each shape begins one.
+  void ShowUntilBegun(const TestPlace& place, int num) {
+    while (num_begun_ < num) {
+      const int before = num_begun_;
+      Show(place, 10 * (before + 1));
+      ASSERT_TRUE(WaitFor([&] { return num_begun_ > before; }));
+    }
+  }
+
+  std::atomic<int> num_begun_{0};
+};
+
+TEST_F(ThrowingGuideTest, APlaceOnWhichAnExceptionComesIsGuidedAtALaterShape) {
+  TestPlace place;
+  place.Walk("alice", 2, 8, 6);
+  Register(place);
+  ThrowFirst(2);
+  const GuideService guide(node_, Options());
+  ShowUntilBegun(place, 3);
+  ASSERT_TRUE(WaitFor([&] { return Version() == 30; }));
+}
+
+TEST_F(ThrowingGuideTest, APlaceThatThrowsThriceIsLeftOut) {
+  TestPlace place;
+  place.Walk("alice", 2, 8, 6);
+  Register(place);
+  ThrowFirst(100);
+  const GuideService guide(node_, Options());
+  ShowUntilBegun(place, 3);
+  Show(place, 100);
+  EXPECT_FALSE(loop_.RunUntil([&] { return num_begun_ > 3; }, 2));
+  EXPECT_EQ(Version(), 0);
 }
 
 TEST_F(GuideServiceTest, APlaceThatHasEndedIsNotSpokenOf) {

@@ -10,6 +10,7 @@
 #include "core/counted.h"
 #include "core/file_below.h"
 #include "core/log.h"
+#include "event_loop/step_record.h"
 #include "ledger/fact_ids.h"
 #include "session/finish_cut.h"
 #include "session/model_place.h"
@@ -22,6 +23,8 @@ namespace skein {
 namespace {
 
 constexpr double kRetryWritingS = 5;
+constexpr int kResultsSlot = 2;  // the worker's
+constexpr char kResultsStep[] = "results";
 // A seed that no mapper takes for so long while the session finishes is given up.
 constexpr double kNoMapperS = 30;
 constexpr char kFinishVerb[] = "finish";
@@ -267,7 +270,12 @@ void FinishDriver::WriteResults() {
   const nlohmann::json report = MakeReportNow();
   writing_ = true;
   worker_.Run(
-      [paths = paths_, models, report] { return WriteModelsAndReport(paths, models, report); },
+      [&steps = node_.steps(), paths = paths_, models, report] {
+        Result<WrittenModels> written = AttemptStep(&steps, kResultsSlot, {0, kResultsStep}, [&] {
+          return WriteModelsAndReport(paths, models, report);
+        });
+        return written.ok() ? *std::move(written) : WrittenModels{written.status(), {}};
+      },
       [this, models](const WrittenModels& written) { OnWritten(models, written); });
 }
 

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <fstream>
+#include <new>
 #include <nlohmann/json.hpp>
 
 #include "core/file.h"
@@ -67,6 +69,18 @@ class FinishDriverTest : public IngestServiceTest {
   std::unique_ptr<WorkClient> mapper_;
   std::vector<command_reply_t> replies_;
 };
+
+TEST_F(FinishDriverTest, ResultsOnWhichAnExceptionComesAreWrittenAgain) {
+  Publish("a.jpg", {1, 2, 3});
+  std::atomic<int> num_begun{0};
+  ingest_->steps().OnBegin([&](const Step& step) {
+    if (step.name == "results" && ++num_begun == 1) throw std::bad_alloc();
+  });
+  FinishUpToSettled(5);
+  AwaitReplyTo(5);
+  EXPECT_TRUE(ReplyTo(5)->ok);
+  EXPECT_EQ(num_begun, 2);
+}
 
 TEST_F(FinishDriverTest, FinishesWithModelsAndReportAndOpensAgain) {
   AddMatchedPhoto(1);

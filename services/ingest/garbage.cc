@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "blobs/blob_store.h"
+#include "core/attempt.h"
 #include "core/file.h"
 #include "core/folder.h"
 #include "core/hash.h"
@@ -51,9 +52,13 @@ void GarbageCollector::Tick(double now_s) {
   next_s_ = now_s + period_s_;
   worker_.Run(
       [paths = paths_] {
-        return FilesWrittenBefore(paths.Blobs(), fs::file_time_type::clock::now() - kMinGarbageAge);
+        const auto before = fs::file_time_type::clock::now() - kMinGarbageAge;
+        return Attempt([&] { return FilesWrittenBefore(paths.Blobs(), before); });
       },
-      [this](const std::vector<fs::path>& old_files) { Remove(old_files); });
+      [this](const Result<std::vector<fs::path>>& old_files) {
+        if (old_files.ok()) return Remove(*old_files);
+        LogWarn("files that nothing needs stay: {}", old_files.error());
+      });
 }
 
 void GarbageCollector::AddSuperseded(const std::set<std::string>& needed,

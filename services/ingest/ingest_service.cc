@@ -48,6 +48,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
   });
   writer_.OnStaged([this] { ArrangeFlush(); });
   NoteConfiguration();
+  node_.bus().RefuseWhatThrows([this] { return !writer_.is_half_staged(); });
   Subscribe();
   timer_ = node_.loop().AddTimer(kTickS, [this] { Tick(); });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
@@ -55,6 +56,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
 
 IngestService::~IngestService() {
   for (const auto subscription : subscriptions_) node_.bus().Unsubscribe(subscription);
+  node_.bus().RefuseWhatThrows(nullptr);
   node_.loop().CancelTimer(timer_);
 }
 

@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
+#include <new>
+#include <stdexcept>
+
+#include "ingest/thrown_counts.h"
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
@@ -31,6 +36,43 @@ TEST_F(IngestServiceTest, CountsMessagesOfAnotherTypeOnAnyChannelAndGoesOn) {
     Await([&] { return bus_.counters().num_decode_failures > before; }, "the count of " + channel);
   }
   EXPECT_EQ(Publish("a.jpg", SmallJpeg()).status, +image_ack_t::STORED);
+  EXPECT_EQ(Submit(Features(1)), "");
+}
+
+// The answer names the offer and the reason, and is larger than the bus takes.
+TEST_F(IngestServiceTest, AMessageOnWhichAnExceptionComesIsRefused) {
+  image_offer_t offer = MakeOffer("a.jpg", SmallJpeg());
+  offer.session_id = ingest_->session_id();
+  offer.size_bytes = std::numeric_limits<int64_t>::max();
+  offer.name.resize(offer.name.size() + kMaxMessageBytes - offer.getEncodedSize(), 'a');
+  const auto num_refused = [&] {
+    const auto& refused = bus_.counters().refused;
+    const auto found = refused.find(kImageOfferChannel.name);
+    return found == refused.end() ? 0 : found->second;
+  };
+  peer_->Publish(kImageOfferChannel, offer);
+  Await([&] { return num_refused() == 2; }, "the refusals: of the size, and of the answer");
+  EXPECT_TRUE(acks_.empty());
+  EXPECT_EQ(Publish("b.jpg", SmallJpeg()).status, +image_ack_t::STORED);
+}
+
+TEST_F(IngestServiceTest, WhatThrowsTwiceIsCommittedAtItsThirdRepeat) {
+  Publish("a.jpg", SmallJpeg());
+  int num_left = kMaxThrown - 1;
+  ingest_->steps().OnBegin([&](const Step& step) {
+    if (step.name == "submission" && num_left-- > 0) throw std::bad_alloc();
+  });
+  EXPECT_EQ(Submit(Features(1)), "");
+}
+
+TEST_F(IngestServiceTest, ASubmissionThatThrowsThriceIsRefused) {
+  Publish("a.jpg", SmallJpeg());
+  ingest_->steps().OnBegin([&](const Step& step) {
+    if (step.name == "submission") throw std::runtime_error("no rule holds");
+  });
+  EXPECT_EQ(Submit(Features(1)), "no rule holds");
+  EXPECT_EQ(answer_state_, Submission::State::kRefused);
+  ingest_->steps().OnBegin(nullptr);
   EXPECT_EQ(Submit(Features(1)), "");
 }
 

@@ -1,5 +1,6 @@
 #include "ingest/ledger_writer.h"
 
+#include <exception>
 #include <stdexcept>
 #include <utility>
 
@@ -33,11 +34,23 @@ Fact LedgerWriter::Stage(Fact fact, std::vector<LedgerNote> notes, OnCommitted t
   }
   Header(fact).session_id = session_id_;
   CompleteFact(&fact, state(), now_us_());
+  is_half_staged_ = true;
   session_.Apply(fact);
   ArrangeFlush();
   notes_.insert(notes_.end(), notes.begin(), notes.end());
   staged_.push_back({std::move(fact), std::move(then)});
+  is_half_staged_ = false;
   return staged_.back().fact;
+}
+
+Status LedgerWriter::Try(const std::function<void()>& work) const {
+  try {
+    work();
+    return Status::Ok();
+  } catch (const std::exception& error) {
+    if (is_half_staged_) throw;
+    return Unavailable(error.what());
+  }
 }
 
 void LedgerWriter::StageNote(LedgerNote note) {

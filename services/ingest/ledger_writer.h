@@ -28,6 +28,11 @@ class LedgerWriter {
   // observers. Returns the completed fact. Throws std::logic_error for a fact_id that exists.
   Fact Stage(Fact fact, std::vector<LedgerNote> notes = {}, OnCommitted then = nullptr);
   void StageNote(LedgerNote note);
+  // Stage has thrown after it changed `state()`, which differs from the ledger since: the process
+  // must end.
+  bool is_half_staged() const { return is_half_staged_; }
+  // Attempt of work that may stage facts. Rethrows once a fact is half staged.
+  Status Try(const std::function<void()>& work) const;
   // If the disk takes no more, all stays staged, nobody is told of it, and problem() says why; a
   // later Flush tries again. A fresh start finds the ledger as it was before.
   void Flush();
@@ -67,6 +72,7 @@ class LedgerWriter {
   std::vector<OnCommitted> observers_;
   std::function<void()> arrange_flush_;
   std::string problem_;
+  bool is_half_staged_ = false;
 };
 
 }  // namespace skein

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
 
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
@@ -456,6 +457,18 @@ TEST_F(LedgerWriterTest, DerivesTheOpenWorkFromTheLedger) {
   EXPECT_EQ(grants[0].attempt, 3);
   EXPECT_EQ(grants[1].kind, "matching");
   EXPECT_EQ(grants[1].item, 2);
+}
+
+TEST_F(LedgerWriterTest, AnExceptionIsAFailureUnlessItLeavesAFactHalfStaged) {
+  EXPECT_EQ(writer_->Try([] { throw std::length_error("too long"); }).error(), "too long");
+  image_t image{};
+  image.header.fact_id = "image/1";
+  writer_->OnStaged([] { throw std::runtime_error("no loop"); });
+  EXPECT_THROW(writer_->Try([&] { writer_->Stage(image); }), std::runtime_error);
+  EXPECT_TRUE(writer_->is_half_staged());
+  Reopen();
+  EXPECT_FALSE(writer_->is_half_staged());
+  EXPECT_EQ(state().num_images(), 0);
 }
 
 }  // namespace skein::ledger_writer_test

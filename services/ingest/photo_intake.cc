@@ -6,8 +6,10 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/hash.h"
 #include "core/log.h"
+#include "event_loop/step_record.h"
 #include "ledger/fact_ids.h"
 #include "ledger/photo_file.h"
 #include "photo/photo_name.h"
@@ -17,6 +19,8 @@ namespace {
 
 constexpr int kDuplicatesARefusal = 10;  // that the ledger keeps
 constexpr double kLookAtDiskS = 1;
+constexpr int kIntakeSlot = 1;  // the worker's
+constexpr char kIntakeStep[] = "photo";
 constexpr char kStage[] = "ingest";
 constexpr char kCameraNote[] = "camera";
 constexpr char kRenamedNote[] = "renamed";
@@ -251,12 +255,15 @@ bool PhotoIntake::HasCome(const std::string& blob_id) const {
   });
 }
 
-// As WorkerThread::Run, when it is the agent's turn.
+// As WorkerThread::Run, when it is the agent's turn. `then` takes the job's AttemptResult.
 template <class Job, class Then>
 void PhotoIntake::RunInTurn(const std::string& agent, Job job, Then then) {
   jobs_.Add(agent, [this, agent, job = std::move(job), then = std::move(then)]() mutable {
     const double begin_s = node_.loop().now_s();
-    worker_.Run(std::move(job), [this, agent, begin_s, then](auto result) {
+    auto attempt = [&steps = node_.steps(), job = std::move(job)] {
+      return AttemptStep(&steps, kIntakeSlot, {0, kIntakeStep}, job);
+    };
+    worker_.Run(std::move(attempt), [this, agent, begin_s, then](auto result) {
       jobs_.NoteWork(agent, node_.loop().now_s() - begin_s);
       then(std::move(result));
       RunNext();
@@ -276,7 +283,7 @@ void PhotoIntake::Store(const Key& key, Bytes bytes) {
       offer.agent,
       [this, agent = offer.agent, name = offer.name, blob_id = offer.blob_id,
        content = std::move(bytes)] { return store_.Take(agent, name, blob_id, content); },
-      [this, key](const TakenPhoto& taken) { OnTaken(key, taken); });
+      [this, key](const Result<TakenPhoto>& taken) { OnTaken(key, taken); });
 }
 
 // The agent's next offer is answered from the ledger.
@@ -300,7 +307,10 @@ void PhotoIntake::TakeInLeft() {
   left_.pop_back();
   RunInTurn(
       file.agent, [paths = paths_, file] { return ReadLeftPhoto(paths, file); },
-      [this](const LeftPhoto& photo) { OnLeft(photo); });
+      [this](const Result<LeftPhoto>& photo) {
+        if (photo.ok()) return OnLeft(*photo);
+        LogWarn("a photo in images/ is left there: {}", photo.error());
+      });
 }
 
 // The second file of a content that is known stays where it is.
@@ -321,7 +331,20 @@ void PhotoIntake::OnLeft(const LeftPhoto& photo) {
   Store(key, photo.bytes);
 }
 
-void PhotoIntake::OnTaken(const Key& key, const TakenPhoto& taken) {
+void PhotoIntake::OnTaken(const Key& key, const Result<TakenPhoto>& taken) {
+  Status status = taken.status();
+  if (status.ok()) status = writer_.Try([&] { Decide(key, *taken); });
+  if (!status.ok()) NoteThrown(key, status.error());
+}
+
+void PhotoIntake::NoteThrown(const Key& key, const std::string& reason) {
+  const auto pending = pending_.find(key);
+  if (pending == pending_.end()) return LogError("{}", reason);
+  if (!thrown_.Note(key)) return Abandon(key, reason);
+  Refuse(key, pending->second.offer, PhotoFault::kOther, reason);
+}
+
+void PhotoIntake::Decide(const Key& key, const TakenPhoto& taken) {
   switch (taken.outcome) {
     case TakenPhoto::Outcome::kRefused:
       return Refuse(key, pending_.at(key).offer, taken.fault, taken.reason);

@@ -12,6 +12,7 @@
 #include "ingest/known_cameras.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/photo_store.h"
+#include "ingest/thrown_counts.h"
 #include "ledger/session_folder.h"
 #include "node/node.h"
 #include "photo/photo_check.h"
@@ -47,7 +48,8 @@ struct IntakeOptions {
 // Every offer is answered, every time, from the ledger where it is decided. A photo is refused for
 // good only when its bytes have come and their hash is right: for its name, or as no photo. Offers
 // that cannot be pulled (CheckPullable) are answered, counted among the bus' refused messages, and
-// leave nothing behind. Whatever else goes wrong, a later offer of it starts again. Refusals and
+// leave nothing behind. A photo on which an exception comes is to be offered again, and refused for
+// good after the third. Whatever else goes wrong, a later offer of it starts again. Refusals and
 // duplicates have a bound in the ledger; an offer beyond it is answered again each time, and
 // counted.
 //
@@ -117,7 +119,9 @@ class PhotoIntake {
   void Restore(const Key& key, const image_t& image, Bytes bytes);
   void TakeInLeft();
   void OnLeft(const LeftPhoto& photo);
-  void OnTaken(const Key& key, const TakenPhoto& taken);
+  void OnTaken(const Key& key, const Result<TakenPhoto>& taken);
+  void Decide(const Key& key, const TakenPhoto& taken);
+  void NoteThrown(const Key& key, const std::string& reason);
   void Commit(const Key& key, const CheckedPhoto& photo, const std::string& name);
   void NoteDuplicate(const Key& key, const std::string& agent);
   void Refuse(const Key& key, image_offer_t offer, PhotoFault fault, const std::string& reason);
@@ -141,6 +145,7 @@ class PhotoIntake {
   std::map<std::string, std::string> duplicates_;  // offer -> agent
   Kept kept_refusals_, kept_duplicates_;
   const BlobStore blobs_;
+  ThrownCounts thrown_;  // by offer
   DiskRoom room_;
   double looked_s_ = 0;         // at the disk
   int64_t num_forgotten_ = 0;   // of those that rested, the longest

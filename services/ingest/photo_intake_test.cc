@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <fstream>
+#include <new>
 #include <set>
 
 #include "core/file.h"
@@ -56,6 +58,32 @@ TEST_F(PhotoIntakeTest, APhotoThatEndsTheDecoderIsRefused) {
   options_.intake.decoder = DecoderOptions();
   Restart();
   EXPECT_EQ(Publish("b.jpg", SmallJpeg(3)).status, +image_ack_t::STORED);
+}
+
+class ThrowingIntakeTest : public PhotoIntakeTest {
+ protected:
+  // The first `num` photos that the worker takes throw.
+  void ThrowFirst(int num) {
+    ingest_->steps().OnBegin([this, num](const Step& step) {
+      if (step.name == "photo" && ++num_taken_ <= num) throw std::bad_alloc();
+    });
+  }
+
+  std::atomic<int> num_taken_{0};
+};
+
+TEST_F(ThrowingIntakeTest, APhotoThatThrowsTwiceIsStoredAtItsThirdOffer) {
+  ThrowFirst(kMaxThrown - 1);
+  EXPECT_EQ(Publish("a.jpg", SmallJpeg()).status, +image_ack_t::STORED);
+  EXPECT_EQ(num_taken_, kMaxThrown);
+}
+
+TEST_F(ThrowingIntakeTest, APhotoThatThrowsThriceIsRefused) {
+  ThrowFirst(kMaxThrown);
+  const image_ack_t ack = Publish("a.jpg", SmallJpeg(1));
+  EXPECT_EQ(ack.status, +image_ack_t::REFUSED);
+  EXPECT_EQ(ack.reason, std::bad_alloc().what());
+  EXPECT_EQ(Publish("b.jpg", SmallJpeg(2)).status, +image_ack_t::STORED);
 }
 
 TEST_F(PhotoIntakeTest, APhotoIsOfferedAgainWhenItsDecoderWasKilled) {

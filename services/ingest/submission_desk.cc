@@ -3,7 +3,9 @@
 #include <utility>
 #include <vector>
 
+#include "core/attempt.h"
 #include "core/log.h"
+#include "event_loop/step_record.h"
 #include "photo/photo_name.h"
 #include "session/submap_facts.h"
 
@@ -17,6 +19,8 @@ constexpr double kForgetAfterS = 15;
 constexpr int64_t kMaxPulledBytes = int64_t{4} << 30;
 constexpr int64_t kMaxPulledBytesOfAuthor = int64_t{3} << 29;
 constexpr size_t kMaxPulled = 256;  // facts
+constexpr int kSubmissionSlot = 0;  // the loop's
+constexpr char kSubmissionStep[] = "submission";
 
 }  // namespace
 
@@ -28,6 +32,21 @@ SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store
       worker_(node.loop()) {}
 
 void SubmissionDesk::OnSubmission(const Fact& fact) {
+  const Status taken = writer_.Try([&] {
+    const StepRecord::Scope scope(&node_.steps(), kSubmissionSlot, {0, kSubmissionStep});
+    Take(fact);
+  });
+  if (!taken.ok()) NoteThrown(Header(fact), taken.error());
+}
+
+void SubmissionDesk::NoteThrown(const fact_header_t& header, const std::string& reason) {
+  if (pulling_.count(header.fact_id) > 0) Drop(header.fact_id, reason);
+  if (thrown_.Note(header.fact_id)) return Refuse(header, submit_reply_t::REFUSED, reason);
+  LogWarn("{} of {}: {}; its author repeats it", Printable(header.fact_id),
+          Printable(header.author), reason);
+}
+
+void SubmissionDesk::Take(const Fact& fact) {
   const fact_header_t& header = Header(fact);
   if (const int64_t seq = writer_.history().FindFact(header.fact_id)) {
     // A staged fact is answered at its flush.
@@ -98,9 +117,11 @@ void SubmissionDesk::OnBlob(const std::string& fact_id, const std::string& blob_
   if (found == pulling_.end()) return;
   found->second.fetches.erase(blob_id);
   if (!bytes.ok()) return Drop(fact_id, bytes.error());
-  worker_.Run([store = store_,
-               content = *std::move(bytes)]() mutable { return store.Put(content).status(); },
-              [this, fact_id, blob_id](const Status& kept) { OnKept(fact_id, blob_id, kept); });
+  worker_.Run(
+      [store = store_, content = *std::move(bytes)]() mutable {
+        return Attempt([&] { return store.Put(content).status(); });
+      },
+      [this, fact_id, blob_id](const Status& kept) { OnKept(fact_id, blob_id, kept); });
 }
 
 void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_id,
@@ -113,7 +134,7 @@ void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_
   const Fact fact = std::move(found->second.fact);
   pulling_.erase(found);
   // The session went on while the blobs came.
-  if (writer_.history().FindFact(fact_id) == 0) CommitOrRefuse(fact);
+  if (writer_.history().FindFact(fact_id) == 0) OnSubmission(fact);
 }
 
 // The author's next repeat starts again.

@@ -11,12 +11,14 @@
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
 #include "ingest/submission_rules.h"
+#include "ingest/thrown_counts.h"
 #include "node/node.h"
 
 namespace skein {
 
 // Takes submitted facts: answers repeats, judges new ones (submission_rules.h), pulls missing blobs
-// from the author, commits. Pulls at a time are bounded, in all and of one author; other blobs are
+// from the author, commits. A fact on which an exception comes is left to its author's repeats, and
+// refused after the third. Pulls at a time are bounded, in all and of one author; other blobs are
 // pulled when their author repeats the submission. Loop's thread only.
 class SubmissionDesk {
  public:
@@ -37,6 +39,8 @@ class SubmissionDesk {
     int64_t max_bytes = 0;  // that its blobs may have
   };
 
+  void Take(const Fact& fact);
+  void NoteThrown(const fact_header_t& header, const std::string& reason);
   bool HasRoomFor(const std::string& author, int64_t max_bytes) const;
   void Pull(const Fact& fact, const std::vector<NamedBlob>& missing);
   void OnBlob(const std::string& fact_id, const std::string& blob_id, Result<Bytes> bytes);
@@ -52,6 +56,7 @@ class SubmissionDesk {
   const BlobStore store_;
   const Clock listened_;
   std::map<std::string, Pulling> pulling_;  // by fact_id
+  ThrownCounts thrown_;                     // the same
   WorkerThread worker_;                     // last: ends first
 };
 

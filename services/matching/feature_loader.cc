@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/attempt.h"
+
 namespace skein {
 
 FeatureLoader::FeatureLoader(PollLoop& loop, BlobClient& blobs,
@@ -44,7 +46,9 @@ void FeatureLoader::Decode(int64_t image_id, Loading* loading) {
   decoder_.Run(
       [image_id, cells = cells_, camera = loading->camera,
        keypoints = std::move(loading->keypoints), descriptors = std::move(loading->descriptors)] {
-        return DecodePhotoFeatures(image_id, camera, keypoints, descriptors, cells.get());
+        return Attempt([&] {
+          return DecodePhotoFeatures(image_id, camera, keypoints, descriptors, cells.get());
+        });
       },
       [this, image_id](const Result<PhotoFeaturesPtr>& features) {
         if (features.ok()) {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/log.h"
 #include "ledger/work_items.h"
 #include "matching/messages.h"
@@ -14,6 +15,8 @@ constexpr int kNumPhotosHeld = 2;
 constexpr size_t kFirstPart = 8;
 constexpr size_t kPrefetched = 8;
 constexpr size_t kLookedAtOnce = 16;
+// Pairs that throw, and share the photo alone: of one pair either photo may be to blame.
+constexpr int kThrownToBlame = 2;
 
 // Null without the cascade.
 std::shared_ptr<const DescriptorCells> CellsOf(const MatchingServiceOptions& options) {
@@ -162,10 +165,10 @@ void MatchingService::CountMatches(std::vector<PhotoFeaturesPtr> others) {
   using Counts = std::vector<std::pair<int64_t, int>>;
   Worker& worker = workers_.front();
   worker.thread.Run(
-      [&worker, photo = jobs_.at(*active_).photo, others = std::move(others)] {
+      [this, &worker, photo = jobs_.at(*active_).photo, others = std::move(others)] {
         Counts counts;
         for (const PhotoFeaturesPtr& other : others)
-          counts.emplace_back(other->image_id, worker.matcher.CountCoarseMatches(*photo, *other));
+          counts.emplace_back(other->image_id, TryToCount(&worker.matcher, *photo, *other));
         return counts;
       },
       [this](const Counts& counts) {
@@ -173,6 +176,17 @@ void MatchingService::CountMatches(std::vector<PhotoFeaturesPtr> others) {
           jobs_.at(*active_).search->Tell(id, num_matches);
         LookAtSome();
       });
+}
+
+int MatchingService::TryToCount(PairMatcher* matcher, const PhotoFeatures& photo,
+                                const PhotoFeatures& other) const {
+  const Result<int> count = Attempt([&] {
+    if (on_pair_) on_pair_(photo.image_id, other.image_id);
+    return matcher->CountCoarseMatches(photo, other);
+  });
+  if (count.ok()) return *count;
+  LogWarn("image {} is not compared with {}: {}", photo.image_id, other.image_id, count.error());
+  return 0;
 }
 
 void MatchingService::LoadOther(int64_t other_id) {
@@ -204,30 +218,56 @@ void MatchingService::MatchReadyPairs() {
     if (worker.thread.num_pending() > 0) continue;
     const ReadyPair pair = std::move(ready_.front());
     ready_.pop_front();
-    worker.thread.Run(
-        [&worker, photo = jobs_.at(*active_).photo, other = pair.other] {
-          std::optional<PairResult> result;
-          if (other) result = worker.matcher.Match(*photo, *other);
-          return result;
-        },
-        [this, other_id = pair.other_id](const std::optional<PairResult>& result) {
-          OnPairMatched(other_id, result);
-        });
+    worker.thread.Run([this, &worker, photo = jobs_.at(*active_).photo,
+                       other = pair.other] { return TryToMatch(&worker.matcher, *photo, other); },
+                      [this, other_id = pair.other_id](const Result<PairResult>& result) {
+                        OnPairMatched(other_id, result);
+                      });
   }
 }
 
-void MatchingService::OnPairMatched(int64_t other_id, const std::optional<PairResult>& result) {
+Result<PairResult> MatchingService::TryToMatch(PairMatcher* matcher, const PhotoFeatures& photo,
+                                               const PhotoFeaturesPtr& other) const {
+  if (other == nullptr) return DataLoss("its features are damaged");
+  return Attempt([&] {
+    if (on_pair_) on_pair_(photo.image_id, other->image_id);
+    return matcher->Match(photo, *other);
+  });
+}
+
+void MatchingService::OnPairMatched(int64_t other_id, const Result<PairResult>& result) {
   Job& job = jobs_.at(*active_);
-  const bool is_verified = result && IsVerified(result->geometry);
-  if (result) job.matches.Add(other_id, *result);
+  if (result.code() == StatusCode::kUnavailable) NoteThrown(other_id, result.error(), &job);
+  const bool is_verified = result.ok() && IsVerified(result->geometry);
+  if (result.ok()) job.matches.Add(other_id, *result);
   job.look->Tell(other_id,
                  is_verified ? static_cast<int32_t>(result->geometry.inlier_matches.size()) : 0);
   MatchReadyPairs();
   TakePairs();
 }
 
+void MatchingService::NoteThrown(int64_t other_id, const std::string& reason, Job* job) {
+  LogWarn("image {} is not matched with {}: {}", PhotoOfItem(*active_), other_id, reason);
+  ++job->num_thrown;
+  job->thrown = reason;
+}
+
+// The first part of a photo whose rest throws has been matched: such a rest has no pairs.
+bool MatchingService::IsToBlame(int64_t item) const {
+  const Job& job = jobs_.at(item);
+  return !IsRestItem(item) && job.num_thrown >= kThrownToBlame && job.matches.num_tried == 0;
+}
+
+void MatchingService::FailActive() {
+  const int64_t item = *active_;
+  active_.reset();
+  Fail(item, jobs_.at(item).thrown, false);
+  StartNext();
+}
+
 void MatchingService::Submit(int8_t part) {
   const int64_t item = *active_;
+  if (IsToBlame(item)) return FailActive();
   Job& job = jobs_.at(item);
   ++num_done_;
   job.matches.elapsed_s += job.since_begun.ElapsedS();
@@ -235,22 +275,35 @@ void MatchingService::Submit(int8_t part) {
   std::vector<int64_t> tried;
   for (const SecondLook::Outcome& outcome : job.look->tried()) tried.push_back(outcome.other_id);
   workers_.front().thread.Run(
-      [this, image_id = PhotoOfItem(item), part, tried, seq = job.look->seq(), photo = job.photo,
+      [this, item, part, tried, seq = job.look->seq(), photo = job.photo,
        matches = std::move(job.matches)]() mutable {
-        matches.Conclude(photo->points);
-        const std::string blob =
-            matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));
-        matches_t fact = ToMessage(image_id, matches, blob);
-        SetPart(part, tried, &fact);
-        fact.header.computed_at_seq = seq;
-        return fact;
+        return Attempt([&] { return MakeFact(item, part, tried, seq, *photo, &matches); });
       },
-      [this, item](matches_t fact) {
-        SubmitFact(item, std::move(fact));
+      [this, item](Result<matches_t> fact) {
+        OnFactMade(item, std::move(fact));
         MatchReadyPairs();  // the next photo's, for which this worker was not free
       });
   active_.reset();
   StartNext();
+}
+
+// On a worker's thread.
+matches_t MatchingService::MakeFact(int64_t item, int8_t part, const std::vector<int64_t>& tried,
+                                    int64_t seq, const PhotoFeatures& photo,
+                                    PhotoMatches* matches) const {
+  matches->Conclude(photo.points);
+  const std::string blob =
+      matches->pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches->pairs));
+  matches_t fact = ToMessage(PhotoOfItem(item), *matches, blob);
+  SetPart(part, tried, &fact);
+  fact.header.computed_at_seq = seq;
+  return fact;
+}
+
+void MatchingService::OnFactMade(int64_t item, Result<matches_t> fact) {
+  Status status = fact.status();
+  if (status.ok()) status = Attempt([&] { SubmitFact(item, *std::move(fact)); });
+  if (!status.ok()) Fail(item, status.error(), false);
 }
 
 void MatchingService::SubmitFact(int64_t item, matches_t fact) {

@@ -10,6 +10,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/clock.h"
@@ -33,10 +34,19 @@ namespace skein {
 //
 // If a photo waits here for its first pairs, the active one ends after its best candidates: the
 // rest is another item of work (ledger/work_items.h). A rest that is active stops between two pairs
-// until the photo is done. One rest is held beside the two items. Loop's thread only.
+// until the photo is done. One rest is held beside the two items.
+//
+// A pair whose matching throws is left out. If all pairs of a photo threw, and there were at least
+// two, the photo fails: it is what these pairs share. Loop's thread only.
 class MatchingService {
  public:
   MatchingService(Node& node, const MatchingServiceOptions& options);
+
+  // For tests: called on the worker's thread before a pair is matched, or compared (`other_id`). An
+  // exception of `observer` is one of the matching.
+  void OnPair(std::function<void(int64_t image_id, int64_t other_id)> observer) {
+    on_pair_ = std::move(observer);
+  }
 
  private:
   // An item of work, a photo or the rest of one, from work_t until its result is committed.
@@ -46,6 +56,8 @@ class MatchingService {
     PhotoMatches matches;                // so far
     std::optional<CoarseSearch> search;  // once the candidates that `look` takes are matched
     Timer since_begun;                   // from when it is the active one, again after a stop
+    int num_thrown = 0;                  // pairs that threw
+    std::string thrown;                  // by the latest
   };
 
   // A pair of the active job, taken and loaded, for the next free worker.
@@ -78,10 +90,21 @@ class MatchingService {
   void CountMatches(std::vector<PhotoFeaturesPtr> others);
   void Prefetch();
   void MatchReadyPairs();
-  // No result: the other photo is damaged.
-  void OnPairMatched(int64_t other_id, const std::optional<PairResult>& result);
+  // On a worker's thread. `other`: null if it is damaged (kDataLoss).
+  Result<PairResult> TryToMatch(PairMatcher* matcher, const PhotoFeatures& photo,
+                                const PhotoFeaturesPtr& other) const;
+  // 0 if it throws. On a worker's thread.
+  int TryToCount(PairMatcher* matcher, const PhotoFeatures& photo,
+                 const PhotoFeatures& other) const;
+  void OnPairMatched(int64_t other_id, const Result<PairResult>& result);
+  void NoteThrown(int64_t other_id, const std::string& reason, Job* job);
+  bool IsToBlame(int64_t item) const;
+  void FailActive();
   // `part`: matches_t's.
   void Submit(int8_t part);
+  matches_t MakeFact(int64_t item, int8_t part, const std::vector<int64_t>& tried, int64_t seq,
+                     const PhotoFeatures& photo, PhotoMatches* matches) const;
+  void OnFactMade(int64_t item, Result<matches_t> fact);
   void SubmitFact(int64_t item, matches_t fact);
   void End(int64_t item);
   // By value: the reason may belong to the job that ends here.
@@ -100,6 +123,7 @@ class MatchingService {
   std::deque<ReadyPair> ready_;
   int64_t num_done_ = 0;
   double sum_elapsed_s_ = 0;
+  std::function<void(int64_t image_id, int64_t other_id)> on_pair_;  // used by the workers
 
   FeatureLoader loader_;
   std::deque<Worker> workers_;

@@ -5,8 +5,10 @@
 #include <cmath>
 #include <functional>
 #include <map>
+#include <new>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -428,6 +430,45 @@ TEST_F(Matching, ReportsAPhotoWithDamagedFeatures) {
   ASSERT_TRUE(loop_.RunUntil([&] { return !ingest_.failures().empty(); }, kDeadlineS));
   EXPECT_EQ(ingest_.failures().at(1).reason, "features of image 1: SKDS: too short for a header");
   EXPECT_EQ(node_->bus().counters().num_decode_failures, 0);
+}
+
+// One pair of several: either photo may be to blame, so the pair alone goes.
+TEST_F(Matching, APairThatThrowsIsLeftOut) {
+  ingest_.AddPhoto(*world_.Photo(1, 0, 400));
+  ingest_.AddPhoto(*world_.Photo(2, 0.5, 300));
+  ingest_.AddPhoto(*world_.Photo(3, 1, 300));
+  ingest_.AddCandidates(2, {1});
+  ingest_.AddCandidates(3, {1, 2});
+  ingest_.AddWork(2);
+  ingest_.AddWork(3);
+  StartService();
+  service_->OnPair([](int64_t, int64_t other_id) {
+    if (other_id == 1) throw std::runtime_error("no model");
+  });
+  ASSERT_TRUE(RunUntilMatched(2));
+  EXPECT_EQ(ingest_.matches().at(2).num_tried, 0);
+  EXPECT_EQ(ingest_.matches().at(3).num_tried, 1);
+  EXPECT_EQ(ingest_.matches().at(3).num_pairs, 1);
+  EXPECT_TRUE(ingest_.failures().empty());
+}
+
+// Ingest counts such failures and parks the photo after a few.
+TEST_F(Matching, APhotoWhosePairsAllThrowFailsForNow) {
+  const std::vector<int64_t> place = AddPlace(3);
+  for (const int64_t id : {5, 6}) {
+    ingest_.AddPhoto(*world_.Photo(id, 0.1 * id, 350));
+    ingest_.AddCandidates(id, place);
+    ingest_.AddWork(id);
+  }
+  StartService();
+  service_->OnPair([](int64_t image_id, int64_t) {
+    if (image_id == 6) throw std::bad_alloc();
+  });
+  ASSERT_TRUE(loop_.RunUntil([&] { return !ingest_.failures().empty(); }, kDeadlineS));
+  EXPECT_EQ(ingest_.failures().at(6).reason, std::bad_alloc().what());
+  EXPECT_FALSE(ingest_.failures().at(6).permanent);
+  ASSERT_TRUE(RunUntilMatched(1));
+  EXPECT_EQ(ingest_.matches().at(5).num_pairs, 3);
 }
 
 // Each is reported, and a photo that has it as a candidate is matched with the others.

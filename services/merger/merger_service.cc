@@ -4,8 +4,10 @@
 #include <random>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/counted.h"
 #include "core/log.h"
+#include "event_loop/step_record.h"
 #include "ledger/fact_ids.h"
 #include "merger/messages.h"
 #include "merging/absorb.h"
@@ -16,6 +18,7 @@ namespace skein {
 namespace {
 
 constexpr double kDecidePeriodS = 0.1;
+constexpr char kStep[] = "similarity";
 constexpr double kRequestPeriodS = 0.5;  // of an unanswered request for shared images
 constexpr double kRequestTimeoutS = 20;  // then the attempt is given up, and made again
 constexpr double kIdleMapperS = 3;       // a mapper that asked for work within this is idle
@@ -72,6 +75,18 @@ Estimated EstimateFrom(const Bytes& source_blob, const Bytes& target_blob, bool 
   if (finishing) AdaptToFewImages(std::max(1, num_both), &estimated.options);
   estimated.result = EstimateBothWays(std::move(shared), estimated.options);
   return estimated;
+}
+
+// An exception fails the attempt, which is made again with more evidence.
+Estimated TryToEstimate(StepRecord* steps, int64_t source_id, const Bytes& source_blob,
+                        const Bytes& target_blob, bool finishing, const Sim3Options& options) {
+  Result<Estimated> estimated = AttemptStep(steps, 0, {source_id, kStep}, [&] {
+    return EstimateFrom(source_blob, target_blob, finishing, options);
+  });
+  if (estimated.ok()) return *std::move(estimated);
+  Estimated failed{options, {}};
+  failed.result.reason = ClampText(estimated.error());
+  return failed;
 }
 
 }  // namespace
@@ -340,8 +355,9 @@ void MergerService::ComputeEstimate() {
   options.seed = static_cast<uint64_t>(attempt.source_id * 1000003 + attempt.target_id);
   const double started_s = estimate_->started_s;
   const bool finishing = IsFinishing();
-  worker_.Run([source = std::move(source), target = std::move(target), finishing,
-               options] { return EstimateFrom(source, target, finishing, options); },
+  worker_.Run([&steps = node_.steps(), id = attempt.source_id, source = std::move(source),
+               target = std::move(target), finishing,
+               options] { return TryToEstimate(&steps, id, source, target, finishing, options); },
               [=](const Estimated& estimated) {
                 OnEstimated(attempt, estimated.options, estimated.result,
                             node_.loop().now_s() - started_s);

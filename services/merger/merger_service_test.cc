@@ -7,6 +7,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <new>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -183,6 +184,25 @@ TEST_F(MergerServiceTest, HalfAsManyPhotosMoreAreNewEvidence) {
   Register(kTarget, 13, 14);
   Await([&] { return Orders().size() == 3; }, "an order");
   EXPECT_EQ(Orders().back().num_shared_images, 5);
+}
+
+TEST_F(MergerServiceTest, AnExceptionFailsTheAttemptAndTheNextSucceeds) {
+  node_->steps().OnBegin([](const Step& step) {
+    if (step.item == kSource) throw std::bad_alloc();
+  });
+  AddBothSubmaps();
+  const merge_t* failed = nullptr;
+  Await(
+      [&] {
+        failed = std::get_if<merge_t>(&ingest_.facts().back());
+        return failed != nullptr;
+      },
+      "an attempt");
+  EXPECT_EQ(failed->state, +merge_t::FAILED);
+  EXPECT_EQ(failed->reason, std::bad_alloc().what());
+  node_->steps().OnBegin(nullptr);
+  Register(kTarget, 13, 14);
+  Await([&] { return Orders().size() == 1; }, "an order");
 }
 
 // Answers of mappers that no similarity can be estimated from.

@@ -5,10 +5,12 @@
 #include <utility>
 #include <vector>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/file_below.h"
 #include "core/folder.h"
 #include "core/log.h"
+#include "event_loop/step_record.h"
 #include "ledger/session_folder.h"
 #include "retrieval/messages.h"
 
@@ -17,6 +19,7 @@ namespace fs = std::filesystem;
 namespace {
 
 constexpr double kTickPeriodS = 0.2;
+constexpr char kStep[] = "candidates";
 constexpr double kCheckpointPeriodS = 10;
 constexpr double kCheckpointPause = 20;  // times what the last one took
 
@@ -40,7 +43,9 @@ void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
                      const fs::path& path) {
   const fs::path root = SessionOf(path);
   Status written = CreateFoldersBelow(root, path.parent_path());
-  if (written.ok()) written = WriteFileBelow(root, path, state.Encode(session_id));
+  if (written.ok()) {
+    written = Attempt([&] { return WriteFileBelow(root, path, state.Encode(session_id)); });
+  }
   if (!written.ok()) LogError("checkpoint not written: {}", written.error());
 }
 
@@ -80,8 +85,8 @@ RetrievalService::State RetrievalService::LoadCheckpoint() const {
   const auto bytes =
       ReadFileBelow(SessionOf(checkpoint_path_), checkpoint_path_, kMaxStoredFileBytes);
   if (bytes.code() == StatusCode::kNotFound) return fresh;
-  auto state = bytes ? RetrievalState::Decode(*bytes, node_.session_id(), options_)
-                     : Result<RetrievalState>(bytes.status());
+  const auto decode = [&] { return RetrievalState::Decode(*bytes, node_.session_id(), options_); };
+  auto state = bytes ? Attempt(decode) : Result<RetrievalState>(bytes.status());
   if (!state) {
     LogWarn("{}: {}; rebuilding the index from the ledger", checkpoint_path_.string(),
             state.error());
@@ -106,7 +111,7 @@ void RetrievalService::OnFact(const Fact& fact) {
 void RetrievalService::OnFeatures(const features_t& features) {
   const int64_t seq = features.header.seq;
   const int64_t image_id = features.image_id;
-  steps_.push_back({seq, false, {}});
+  steps_.push_back({seq, image_id, true, false, {}});
   node_.blobs().Fetch(
       features.global_blob, "ingest",
       [this, seq, image_id](const Result<Bytes>& bytes) { OnBlob(seq, image_id, bytes); });
@@ -116,12 +121,14 @@ void RetrievalService::OnRegistration(const registration_t& registration) {
   const int64_t image_id = registration.image_id;
   const int64_t submap_id = registration.submap_id;
   if (registration.state == registration_t::REGISTERED) {
-    steps_.push_back({registration.header.seq, true, [=](RetrievalState* state) {
+    steps_.push_back({registration.header.seq, image_id, false, true,
+                      [=](RetrievalState* state) -> std::optional<Candidates> {
                         state->NoteRegistered(image_id, submap_id);
                         return std::nullopt;
                       }});
   } else if (registration.state == registration_t::WITHDRAWN) {
-    steps_.push_back({registration.header.seq, true, [=](RetrievalState* state) {
+    steps_.push_back({registration.header.seq, image_id, false, true,
+                      [=](RetrievalState* state) -> std::optional<Candidates> {
                         state->NoteWithdrawn(image_id, submap_id);
                         return std::nullopt;
                       }});
@@ -131,28 +138,26 @@ void RetrievalService::OnRegistration(const registration_t& registration) {
 
 void RetrievalService::OnFailure(const failure_t& failure) {
   if (!failure.parked || failure.image_id == 0) return;
-  steps_.push_back({failure.header.seq, true, [id = failure.image_id](RetrievalState* state) {
+  steps_.push_back({failure.header.seq, failure.image_id, false, true,
+                    [id = failure.image_id](RetrievalState* state) -> std::optional<Candidates> {
                       state->NoteFailed(id);
                       return std::nullopt;
                     }});
   RunReadySteps();
 }
 
-// Whatever is wrong with its descriptor, a photo is answered for: without candidates.
 void RetrievalService::OnBlob(int64_t seq, int64_t image_id, const Result<Bytes>& bytes) {
   auto descriptor =
       bytes ? DecodeGlobalDescriptor(*bytes) : Result<GlobalDescriptor>(bytes.status());
   for (Step& step : steps_) {
     if (step.seq != seq) continue;
     step.ready = true;
-    step.apply = [image_id, descriptor](RetrievalState* state) -> std::optional<Candidates> {
-      auto candidates =
-          descriptor ? state->Add(image_id, *descriptor) : Result<Candidates>(descriptor.status());
-      if (candidates) return std::move(*candidates);
-      LogWarn("image {} has no candidates: {}", image_id, candidates.error());
-      Candidates none;
-      none.image_id = image_id;
-      return none;
+    step.apply = [image_id,
+                  descriptor](RetrievalState* state) -> Result<std::optional<Candidates>> {
+      if (!descriptor.ok()) return descriptor.status();
+      Result<Candidates> candidates = state->Add(image_id, *descriptor);
+      if (!candidates.ok()) return candidates.status();
+      return std::optional<Candidates>(*std::move(candidates));
     };
   }
   RunReadySteps();
@@ -163,16 +168,30 @@ void RetrievalService::RunReadySteps() {
     const Step step = std::move(steps_.front());
     steps_.pop_front();
     worker_->Run(
-        [state = state_, seq = step.seq, apply = step.apply] {
-          auto candidates = apply(state.get());
+        [this, state = state_, step] {
+          auto candidates = Apply(step, state.get());
           if (candidates) state->unanswered()[candidates->image_id] = *candidates;
-          state->set_seq(seq);
+          state->set_seq(step.seq);
           return candidates;
         },
         [this, seq = step.seq](std::optional<Candidates> candidates) {
           OnStepDone(seq, std::move(candidates));
         });
   }
+}
+
+// Whatever is wrong with its descriptor, and whatever throws, a photo is answered for: without
+// candidates.
+std::optional<Candidates> RetrievalService::Apply(const Step& step, RetrievalState* state) const {
+  auto applied =
+      AttemptStep(&node_.steps(), 0, {step.image_id, kStep}, [&] { return step.apply(state); });
+  if (applied.ok()) return *std::move(applied);
+  LogWarn("image {} {}: {}", step.image_id, step.asks ? "has no candidates" : "is not updated",
+          applied.error());
+  if (!step.asks) return std::nullopt;
+  Candidates none;
+  none.image_id = step.image_id;
+  return none;
 }
 
 void RetrievalService::OnStepDone(int64_t seq, std::optional<Candidates> candidates) {

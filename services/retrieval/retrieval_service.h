@@ -20,7 +20,8 @@ namespace skein {
 
 // Index and checkpoint live on a worker thread. With a shared session folder the checkpoint is
 // retrieval/hnsw.bin, so a restart replays only the rest of the ledger. An unusable checkpoint is
-// set aside with a line in the log, and all is replayed. Loop's thread only.
+// set aside with a line in the log, and all is replayed. A photo on which an exception comes has no
+// candidates: a restart would end at the same fact. Loop's thread only.
 class RetrievalService {
  public:
   RetrievalService(Node& node, const RetrievalOptions& options);
@@ -33,8 +34,10 @@ class RetrievalService {
   // A change of the state, in ledger order. Runs on the worker's thread.
   struct Step {
     int64_t seq = 0;
+    int64_t image_id = 0;
+    bool asks = false;   // for the photo's candidates
     bool ready = false;  // its blob is here, if it needs one
-    std::function<std::optional<Candidates>(RetrievalState*)> apply;
+    std::function<Result<std::optional<Candidates>>(RetrievalState*)> apply;
   };
 
   void Start(State state);
@@ -45,6 +48,8 @@ class RetrievalService {
   void OnFailure(const failure_t& failure);
   void OnBlob(int64_t seq, int64_t image_id, const Result<Bytes>& bytes);
   void RunReadySteps();
+  // On the worker's thread.
+  std::optional<Candidates> Apply(const Step& step, RetrievalState* state) const;
   void OnStepDone(int64_t seq, std::optional<Candidates> candidates);
   void Submit(const Candidates& candidates);
   void SubmitWhatIsOpen();

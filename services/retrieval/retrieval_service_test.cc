@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fstream>
 #include <map>
+#include <new>
 #include <optional>
 #include <random>
 
@@ -259,6 +260,19 @@ TEST_F(Retrieval, DescriptorsThatCannotBeUsedHoldUpNobody) {
   for (size_t i = 0; i < poisoned.size(); ++i) {
     EXPECT_TRUE(ingest_->candidates().at(100 + static_cast<int64_t>(i)).other_ids.empty()) << i;
   }
+}
+
+TEST_F(Retrieval, APhotoOnWhichAnExceptionComesHasNoCandidates) {
+  RunOnce();
+  ingest_->AddPhoto(21);
+  ingest_->AddPhoto(22);
+  Start();
+  node_->steps().OnBegin([](const Step& step) {
+    if (step.item == 21) throw std::bad_alloc();
+  });
+  ASSERT_TRUE(RunUntilAnswered(22));
+  EXPECT_TRUE(ingest_->candidates().at(21).other_ids.empty());
+  EXPECT_EQ(ingest_->candidates().at(22).other_ids.size(), 20u);
 }
 
 TEST_F(Retrieval, PhotoThatWasGivenUpIsNoCandidate) {

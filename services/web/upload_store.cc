@@ -9,6 +9,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/attempt.h"
 #include "core/file.h"
 #include "core/file_below.h"
 #include "core/folder.h"
@@ -317,7 +318,7 @@ Result<UploadStore::Receiver> UploadStore::Begin(const std::string& agent,
   Result<Receiver> receiver = Reserve(key, info, offset, CheckDisk(info.size_bytes), &is_new);
   StartDeletes();
   if (!receiver.ok() || !is_new) return receiver;
-  const Status created = CreateFiles(key, info);
+  const Status created = Attempt([&] { return CreateFiles(key, info); });
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     uploads_.at(key).busy = false;  // one that is busy stays
@@ -386,7 +387,7 @@ Result<UploadStore::Progress> UploadStore::Take(const Receiver& receiver, const 
     upload->busy = true;
     offset = upload->received_bytes;
   }
-  const Status written = WriteAt(PathOf(key, kPart), offset, part);
+  const Status written = Attempt([&] { return WriteAt(PathOf(key, kPart), offset, part); });
   const std::lock_guard<std::mutex> lock(mutex_);
   Upload& upload = uploads_.at(key);  // one that is busy stays
   upload.busy = false;
@@ -423,7 +424,7 @@ Status UploadStore::Finish(const Receiver& receiver) {
     }
     upload->busy = true;
   }
-  const Status made = MakeWhole(key);
+  const Status made = Attempt([&] { return MakeWhole(key); });
   bool deletes = false;
   std::function<void()> on_whole;
   {

@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/counted.h"
 #include "core/log.h"
 #include "http/static_files.h"
@@ -37,6 +38,13 @@ struct Fetching {
   bool done = false;
 };
 
+// On the loop's thread. An exception in what is made of the blob ends the request alone, which is
+// answered 500.
+void Answer(const SessionSource::Done& done, Result<Bytes> bytes) {
+  const Status answered = Attempt([&] { done(std::move(bytes)); });
+  if (!answered.ok()) LogError("a request failed: {}", answered.error());
+}
+
 void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
                 const SessionSource::Done& done) {
   node.loop().AddOneShot(kFetchPatienceS, [&node, fetching, done] {
@@ -47,7 +55,7 @@ void WatchFetch(Node& node, const std::shared_ptr<Fetching>& fetching,
     }
     fetching->done = true;
     node.blobs().Cancel(fetching->id);
-    done(Unavailable("the data's owner does not answer: try again"));
+    Answer(done, Unavailable("the data's owner does not answer: try again"));
   });
 }
 
@@ -214,7 +222,7 @@ void WebService::Fetch(const std::string& blob_id, const std::string& owner,
   node_.loop().Post([&node = node_, blob_id, owner, done = std::move(done)] {
     const auto fetching = std::make_shared<Fetching>();
     fetching->id = node.blobs().Fetch(blob_id, owner, [fetching, done](Result<Bytes> bytes) {
-      if (!std::exchange(fetching->done, true)) done(std::move(bytes));
+      if (!std::exchange(fetching->done, true)) Answer(done, std::move(bytes));
     });
     WatchFetch(node, fetching, done);
   });

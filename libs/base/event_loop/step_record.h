@@ -9,6 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/attempt.h"
+
 namespace skein {
 
 // A part of the work on an item, whose failures are counted separately.
@@ -85,5 +87,14 @@ class StepRecord {
   std::array<Slot, kNumSlots> slots_;
   std::function<void(const Step&)> on_begin_;
 };
+
+// Attempt of a step: the work is under way in `record` meanwhile. On the slot's thread.
+template <class Work>
+AttemptResult<Work> AttemptStep(StepRecord* record, int slot, Step step, Work&& work) {
+  return Attempt([&] {
+    const StepRecord::Scope scope(record, slot, std::move(step));
+    return work();
+  });
+}
 
 }  // namespace skein

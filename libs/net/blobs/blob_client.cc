@@ -4,6 +4,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/hash.h"
 #include "core/log.h"
 
@@ -148,7 +149,7 @@ void BlobClient::LookLocally(const PullKey& key) {
         [this, key] { Finish(key, InvalidArgument("not a blob's name: " + key.blob_id)); }));
     return;
   }
-  worker_->Run([this, blob_id = key.blob_id] { return GetLocal(blob_id); },
+  worker_->Run([this, blob_id = key.blob_id] { return Attempt([&] { return GetLocal(blob_id); }); },
                [this, key](const Result<Bytes>& bytes) {
                  if (bytes) return Finish(key, bytes);
                  StartPull(key);
@@ -359,7 +360,7 @@ void BlobClient::LoadForRequest(const blob_request_t& request) {
   std::vector<blob_request_t>& requests = loading_[blob_id];
   if (requests.size() < kMaxWaitingRequests) requests.push_back(request);
   if (requests.size() > 1) return;
-  worker_->Run([this, blob_id] { return store_->Get(blob_id); },
+  worker_->Run([this, blob_id] { return Attempt([&] { return store_->Get(blob_id); }); },
                [this, blob_id](Result<Bytes> bytes) {
                  const auto waiting = std::move(loading_[blob_id]);
                  loading_.erase(blob_id);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/hash.h"
 
 namespace skein {
@@ -78,7 +79,7 @@ void Publisher::Start(double now_s) {
     next_start_s_ = std::max(next_start_s_, now_s - 1 / options_.rate_hz) + 1 / options_.rate_hz;
   }
   worker_.Run(
-      [this, read = photo.read] { return Load(read); },
+      [this, read = photo.read] { return Attempt([&] { return Load(read); }); },
       [this, name = photo.name](const Result<LoadedPhoto>& loaded) { OnRead(name, loaded); });
 }
 

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <new>
 #include <set>
 
 #include "core/clock.h"
@@ -212,6 +213,19 @@ TEST_F(PublisherTest, TellsOfAFileThatCannotBeReadAndGoesOn) {
   EXPECT_EQ(published_[0].name, "gone.jpg");
   EXPECT_EQ(published_[0].status, +image_ack_t::REFUSED);
   EXPECT_NE(published_[0].reason, "");
+  EXPECT_EQ(published_[1].status, +image_ack_t::STORED);
+}
+
+TEST_F(PublisherTest, TellsOfAFileWhoseReadingThrowsAndGoesOn) {
+  on_offer_ = [&](const image_offer_t& offer) { Ack(offer, image_ack_t::STORED); };
+  Start();
+  PhotoToOffer throwing = Photo("a.jpg");
+  throwing.read = []() -> Result<Bytes> { throw std::bad_alloc(); };
+  publisher_->Add({throwing, Photo("b.jpg")});
+  ASSERT_TRUE(RunUntilDone());
+  ASSERT_EQ(published_.size(), 2u);
+  EXPECT_EQ(published_[0].name, "a.jpg");
+  EXPECT_EQ(published_[0].reason, std::bad_alloc().what());
   EXPECT_EQ(published_[1].status, +image_ack_t::STORED);
 }
 

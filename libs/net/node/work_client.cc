@@ -1,6 +1,7 @@
 #include "node/work_client.h"
 
 #include <algorithm>
+#include <exception>
 #include <utility>
 
 #include "core/process.h"
@@ -22,6 +23,7 @@ WorkClient::WorkClient(Node& node, std::string kind, int capacity, OnWork on_wor
       kind_(std::move(kind)),
       host_(HostName()),
       previous_exit_signal_(PreviousExitSignal()),
+      num_exceptions_(std::uncaught_exceptions()),
       capacity_(capacity),
       on_work_(std::move(on_work)) {
   work_subscription_ = node_.bus().Subscribe<work_t>(
@@ -35,6 +37,7 @@ WorkClient::WorkClient(Node& node, std::string kind, int capacity, OnWork on_wor
 }
 
 WorkClient::~WorkClient() {
+  if (std::uncaught_exceptions() > num_exceptions_) FailCurrent();
   GiveBack();
   if (node_.loop().interrupted()) EndProcessWithin(kLeaveS);
   node_.bus().Unsubscribe(work_subscription_);
@@ -119,6 +122,13 @@ void WorkClient::Tick() {
 void WorkClient::Request() {
   request_due_s_ = node_.loop().now_s() + kRequestS;
   node_.Publish(kWorkRequestChannel, MakeRequest());
+}
+
+// The exception's text is not to be had while the stack unwinds. Ingest that does not hear this
+// counts the next one: the process comes back to the item.
+void WorkClient::FailCurrent() {
+  const std::vector<int64_t> held = HeldCurrentFirst();
+  if (!held.empty()) Fail(held.front(), "an exception ended the worker; its log says which", false);
 }
 
 // Ingest that does not hear this lets the leases lapse.

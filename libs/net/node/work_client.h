@@ -14,8 +14,9 @@ namespace skein {
 
 // Requests go out once a second, and at once when capacity frees. Each names the held items, which
 // renews their leases. Destruction gives the held items back, so that another worker has them at
-// once. If a signal stopped the loop, this process then ends within kLeaveS, whatever its
-// threads do: results that count are in the ledger. Loop's thread only.
+// once. If an exception is what ends the client, the current item fails before: given back as good,
+// the item would end the next process. If a signal stopped the loop, this process then ends within
+// kLeaveS, whatever its threads do: results that count are in the ledger. Loop's thread only.
 class WorkClient {
  public:
   using OnWork = std::function<void(const work_t&)>;
@@ -59,6 +60,7 @@ class WorkClient {
   void Tick();
   void Request();
   work_request_t MakeRequest() const;
+  void FailCurrent();
   void GiveBack();
   std::vector<int64_t> HeldCurrentFirst() const;
 
@@ -66,6 +68,7 @@ class WorkClient {
   const std::string kind_;
   const std::string host_;
   const int previous_exit_signal_;
+  const int num_exceptions_;  // under way when this was made
   int capacity_;
   const OnWork on_work_;
   std::map<int64_t, int64_t> held_;  // item -> epoch

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <stdexcept>
 
 #include "testing/test_node.h"
 
@@ -129,6 +130,22 @@ TEST_F(WorkClientTest, GivesBackWhatItHoldsWhenItEnds) {
   EXPECT_EQ(requests_.back().kind, "submap");
   EXPECT_EQ(requests_.back().worker, "worker");
   EXPECT_EQ(requests_.back().num_held, 0);
+}
+
+TEST_F(WorkClientTest, AnExceptionThatEndsItFailsTheItemAtWork) {
+  try {
+    WorkClient ending(node_, "submap", 2, [](const work_t&) {});
+    for (const int64_t item : {5, 6}) HandOut(item, 1, "worker", "submap");
+    ASSERT_TRUE(WaitFor([&] { return ending.num_held() == 2; }));
+    ending.SetCurrent(6);
+    throw std::runtime_error("a handler threw");
+  } catch (const std::runtime_error&) {
+  }
+  ASSERT_TRUE(WaitFor([&] { return requests_.back().capacity < 0; }));
+  ASSERT_EQ(failures_.size(), 1u) << "5 is given back as good";
+  EXPECT_EQ(failures_[0].item_id, 6);
+  EXPECT_EQ(failures_[0].epoch, 1);
+  EXPECT_FALSE(failures_[0].permanent);
 }
 
 TEST(NodeTest, RefusesUnusableOptions) {

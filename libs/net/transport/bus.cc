@@ -155,7 +155,7 @@ bool Bus::IsFrom(const std::string& instance, bool takes_unsigned) const {
   return (IsSigned() || takes_unsigned) && MayBe(*sender_, instance);
 }
 
-void Bus::Refuse(const std::string& channel, const char* why) {
+void Bus::Refuse(const std::string& channel, const char* why, const std::string& detail) {
   ++counters_.num_refused;
   ++counters_.refused[channel];
   const int64_t count = ++num_refused_for_[{channel, why}];
@@ -164,7 +164,8 @@ void Bus::Refuse(const std::string& channel, const char* why) {
       sender_ == nullptr || !*sender_
           ? ""
           : std::string(" by ") + RoleName((*sender_)->role) + " " + (*sender_)->name;
-  LogWarn("{}: refused a message{}: {} ({} so far)", channel, by, why, count);
+  LogWarn("{}: refused a message{}: {}{} ({} so far)", channel, by, why,
+          detail.empty() ? "" : ": " + detail, count);
 }
 
 void Bus::CountFailure(const std::string& channel, const Bytes& message) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -101,8 +102,12 @@ class Bus {
   bool IsSigned() const { return sender_ == nullptr || sender_->has_value(); }
   // In a handler: whether the message's sender may be this instance. Without a seal anybody may.
   bool IsFrom(const std::string& instance, bool takes_unsigned) const;
-  // In a handler: counts the message as refused; the log tells the reason.
-  void Refuse(const std::string& channel, const char* why);
+  // In a handler: counts the message as refused; the log tells the reason and the detail.
+  void Refuse(const std::string& channel, const char* why, const std::string& detail = "");
+
+  // An exception of a handler refuses its message while `may_go_on` holds. Otherwise, and unset,
+  // the exception leaves the loop.
+  void RefuseWhatThrows(std::function<bool()> may_go_on) { may_go_on_ = std::move(may_go_on); }
 
   const LcmUrl& url() const { return url_; }
   const BusCounters& counters() const { return counters_; }
@@ -144,8 +149,17 @@ class Bus {
       if (sender_ != nullptr) {
         if (const char* why = WhyRefused(*sender_, channel, message)) return Refuse(channel, why);
       }
-      handler(message);
+      Handle(channel, [&] { handler(message); });
     };
+  }
+  template <class Work>
+  void Handle(const std::string& channel, const Work& work) {
+    try {
+      work();
+    } catch (const std::exception& error) {
+      if (!may_go_on_ || !may_go_on_()) throw;
+      Refuse(channel, "its handler threw", error.what());
+    }
   }
 
   bool PublishRaw(bool bulk, const std::string& channel, const Bytes& message);
@@ -177,6 +191,7 @@ class Bus {
   // Sender of the message that is handled; null without a seal.
   const Sender* sender_ = nullptr;
   std::function<bool(const std::string&)> drop_received_;
+  std::function<bool()> may_go_on_;  // see RefuseWhatThrows
 };
 
 }  // namespace skein

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <set>
+#include <stdexcept>
 
 #include "core/clock.h"
 #include "ledger/facts.h"
@@ -40,6 +41,29 @@ TEST_F(BusTest, CountsAndDropsWhatIsOfAnotherTypeOrDamaged) {
   ASSERT_TRUE(loop_.RunUntil([&] { return heard == 1; }, 10));
   EXPECT_EQ(bus_.counters().num_decode_failures, 1);
   EXPECT_EQ(bus_.counters().decode_failures.at("SKEIN_COMMAND"), 1);
+}
+
+TEST_F(BusTest, AnExceptionOfAHandlerLeavesTheLoopUnlessItRefusesTheMessage) {
+  int heard = 0;
+  bus_.Subscribe(kCommandChannel, [&](const command_t& command) {
+    if (command.verb == "throw") throw std::length_error("too long");
+    ++heard;
+  });
+  const auto publish = [&](const char* verb) { bus_.Publish(kCommandChannel, Command("s", verb)); };
+  const auto run = [&] { loop_.RunUntil([&] { return heard > 0; }, 10); };
+  publish("throw");
+  EXPECT_THROW(run(), std::length_error);
+  bool may_go_on = true;
+  bus_.RefuseWhatThrows([&] { return may_go_on; });
+  publish("throw");
+  publish("finish");
+  run();
+  EXPECT_EQ(heard, 1);
+  EXPECT_EQ(bus_.counters().refused.at(kCommandChannel.name), 1);
+  may_go_on = false;
+  heard = 0;
+  publish("throw");
+  EXPECT_THROW(run(), std::length_error);
 }
 
 TEST_F(BusTest, PublishesInItsSession) {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/log.h"
 
@@ -72,7 +73,7 @@ void DenseFollower::OnManifest(const dense_points_t& message, const Result<Bytes
   if (!is_live_(message.submap_id)) return;
   Status status = bytes.ok() ? Status::Ok() : bytes.status();
   if (status.ok()) {
-    Result<DenseManifest> manifest = DecodeDenseManifest(*bytes);
+    Result<DenseManifest> manifest = Attempt([&] { return DecodeDenseManifest(*bytes); });
     if (manifest.ok() && manifest->version == static_cast<uint64_t>(message.version)) {
       last_version_ = std::max(static_cast<uint64_t>(NowUs()), last_version_ + 1);
       const auto points = std::make_shared<const DensePoints>(

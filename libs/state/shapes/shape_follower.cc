@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/attempt.h"
 #include "core/log.h"
 
 namespace skein {
@@ -210,8 +211,9 @@ void ShapeFollower::PullNext(int64_t submap_id) {
 }
 
 void ShapeFollower::OnManifest(const std::shared_ptr<Pull>& pull, const Result<Bytes>& bytes) {
-  const Result<ShapeManifest> manifest =
-      bytes.ok() ? DecodeShapeManifest(*bytes) : Result<ShapeManifest>(bytes.status());
+  const Result<ShapeManifest> manifest = bytes.ok()
+                                             ? Attempt([&] { return DecodeShapeManifest(*bytes); })
+                                             : Result<ShapeManifest>(bytes.status());
   if (!manifest.ok()) {
     LogDebug("submap {}: shape: {}", pull->told.submap_id, manifest.error());
     pull->failed = true;
@@ -244,8 +246,8 @@ void ShapeFollower::FetchOfChunk(const std::shared_ptr<Pull>& pull, const Wanted
 
 void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes) {
   Shape::Chunk& chunk = pull->shape->chunks[index];
-  const Result<ShapeChunk> decoded =
-      bytes.ok() ? DecodeShapeChunk(*bytes) : Result<ShapeChunk>(bytes.status());
+  const Result<ShapeChunk> decoded = bytes.ok() ? Attempt([&] { return DecodeShapeChunk(*bytes); })
+                                                : Result<ShapeChunk>(bytes.status());
   if (decoded.ok() && decoded->points.size() == chunk.num_points) {
     chunk.points = std::make_shared<const Bytes>(std::move(*bytes));
   } else {
@@ -256,8 +258,9 @@ void ShapeFollower::OnPoints(const std::shared_ptr<Pull>& pull, size_t index, Re
 
 void ShapeFollower::OnTracks(const std::shared_ptr<Pull>& pull, size_t index, Result<Bytes> bytes) {
   Shape::Chunk& chunk = pull->shape->chunks[index];
-  const Result<PointTracks> decoded =
-      bytes.ok() ? DecodePointTracks(*bytes) : Result<PointTracks>(bytes.status());
+  const Result<PointTracks> decoded = bytes.ok()
+                                          ? Attempt([&] { return DecodePointTracks(*bytes); })
+                                          : Result<PointTracks>(bytes.status());
   if (decoded.ok() && decoded->ends.size() == chunk.num_points) {
     chunk.tracks = std::make_shared<const Bytes>(std::move(*bytes));
   } else {

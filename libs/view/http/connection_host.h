@@ -34,6 +34,7 @@ class ConnectionHost {
   // Null: nothing may be uploaded there.
   virtual std::shared_ptr<BodySink> MakeSink(const HttpRequest& request) = 0;
   // A function for a sink or a job: `then` runs on the server's thread while the connection lives.
+  // With an answer, 500, if the function is dropped uncalled, as an exception of the job does.
   using OnNext = std::function<void(HttpConnection&, std::optional<HttpResponse>)>;
   virtual BodySink::Next OnServer(int64_t connection_id, OnNext then) = 0;
   // On a thread that may wait for the disk.

@@ -6,6 +6,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/file_below.h"
 #include "core/log.h"
@@ -143,21 +144,14 @@ void HttpConnection::OnRequest() {
   is_head_ = request.method() == http::verb::head;
   keep_alive_ = request.keep_alive();
   range_ = Header(request, http::field::range).value_or("");
-  const std::optional<HttpRequest> parsed = ParsedRequest(request);
+  std::optional<HttpRequest> parsed;
+  AccessDecision access;
+  const Status judged = Attempt([&] {
+    parsed = ParsedRequest(request);
+    if (parsed) access = AccessOf(*parsed, request);
+  });
+  if (!judged.ok()) return AnswerFailed(judged);
   if (!parsed) return AnswerAndClose(400, "the request's target is malformed");
-  const bool is_websocket = websocket::is_upgrade(request);
-  AccessRequest asked;
-  asked.method = parsed->method;
-  asked.path = parsed->path;
-  asked.host = Header(request, http::field::host);
-  asked.origin = Header(request, http::field::origin);
-  asked.local_address = local_address_;
-  asked.public_host = door_.is_public ? host_.options().access->host : "";
-  asked.is_websocket = is_websocket;
-  asked.is_encrypted = stream_.is_encrypted();
-  asked.visitor = parsed->visitor;
-  asked.agent_of = [this](int64_t image_id) { return host_.AgentOfPhoto(image_id); };
-  const AccessDecision access = DecideAccess(asked);
   if (!access.allowed()) {
     if (parsed->body_bytes > 0 || parser_->chunked()) keep_alive_ = false;
     return keep_alive_ ? Answer(HttpError(access.status, access.reason))
@@ -173,10 +167,26 @@ void HttpConnection::OnRequest() {
   if (parser_->chunked()) return AnswerAndClose(411, "say the body's size: Content-Length");
   if (parsed->method == "PATCH") return BeginUpload(*parsed);
   if (parsed->method == "POST") return ReadSmallBody(*parsed);
-  if (!is_websocket) return HandOver(*parsed);
+  if (!websocket::is_upgrade(request)) return HandOver(*parsed);
   if (parsed->path != "/ws") return AnswerAndClose(404, "the WebSocket is at /ws");
   closed_ = true;  // what goes on is no longer this
   host_.Upgrade(id_, std::move(stream_), parser_->release());
+}
+
+AccessDecision HttpConnection::AccessOf(const HttpRequest& parsed,
+                                        const UpgradeRequest& request) const {
+  AccessRequest asked;
+  asked.method = parsed.method;
+  asked.path = parsed.path;
+  asked.host = Header(request, http::field::host);
+  asked.origin = Header(request, http::field::origin);
+  asked.local_address = local_address_;
+  asked.public_host = door_.is_public ? host_.options().access->host : "";
+  asked.is_websocket = websocket::is_upgrade(request);
+  asked.is_encrypted = stream_.is_encrypted();
+  asked.visitor = parsed.visitor;
+  asked.agent_of = [this](int64_t image_id) { return host_.AgentOfPhoto(image_id); };
+  return DecideAccess(asked);
 }
 
 std::optional<HttpRequest> HttpConnection::ParsedRequest(const UpgradeRequest& request) const {
@@ -230,7 +240,8 @@ void HttpConnection::HandOver(const HttpRequest& request) {
 }
 
 void HttpConnection::BeginUpload(const HttpRequest& request) {
-  sink_ = host_.MakeSink(request);
+  const Status made = Attempt([&] { sink_ = host_.MakeSink(request); });
+  if (!made.ok()) return AnswerFailed(made);
   if (sink_ == nullptr) return AnswerAndClose(404, "nothing is uploaded there");
   const bool is_waited_for = Header(parser_->get(), http::field::expect).has_value();
   upload_parser_.emplace(std::move(*parser_));
@@ -327,6 +338,11 @@ void HttpConnection::AnswerAndClose(int status, const std::string& line) {
   Answer(HttpError(status, line));
 }
 
+void HttpConnection::AnswerFailed(const Status& status) {
+  LogError("a request failed: {}", status.error());
+  AnswerAndClose(500, "the request failed; the log says why");
+}
+
 void HttpConnection::Refuse() {
   if (stream_.is_encrypted()) return Close();  // no word before the handshake
   AnswerAndClose(503, "too many connections: close other tabs of this view");
@@ -393,8 +409,8 @@ void HttpConnection::BeginFile(const std::shared_ptr<OutgoingFile>& file) {
 
 void HttpConnection::ReadFilePart(const std::shared_ptr<OutgoingFile>& file) {
   due_since_s_ = MonotonicS();
-  host_.RunJob([file, next = host_.OnServer(id_, [file](HttpConnection& self, auto) {
-    file->error ? self.Close() : self.WriteFilePart(file);
+  host_.RunJob([file, next = host_.OnServer(id_, [file](HttpConnection& self, auto failure) {
+    file->error || failure ? self.Close() : self.WriteFilePart(file);
   })] {
     file->Read();
     next(std::nullopt);

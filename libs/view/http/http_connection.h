@@ -6,6 +6,8 @@
 #include <optional>
 #include <string>
 
+#include "core/result.h"
+#include "http/access.h"
 #include "http/asio.h"
 #include "http/connection_host.h"
 
@@ -37,6 +39,8 @@ class HttpConnection : public std::enable_shared_from_this<HttpConnection> {
   void ReadRequest();
   void OnRequest();
   std::optional<HttpRequest> ParsedRequest(const UpgradeRequest& request) const;
+  AccessDecision AccessOf(const HttpRequest& parsed, const UpgradeRequest& request) const;
+  void AnswerFailed(const Status& status);
   void ReadSmallBody(HttpRequest request);
   void BeginUpload(const HttpRequest& request);
   void ReadUpload();

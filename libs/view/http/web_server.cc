@@ -8,6 +8,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "core/log.h"
 #include "core/option_check.h"
@@ -86,8 +87,8 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   int64_t sent_seq() const override { return sent_seq_; }
 
  private:
-  // Answers once; a handler that forgets to answer has failed.
-  class Reply;
+  // Goes on once; what ends without, e.g. by an exception, has failed.
+  class Pending;
 
   // What is known of whom a connection is for.
   struct Place {
@@ -155,29 +156,30 @@ class WebServer::Impl : public ConnectionHost, public std::enable_shared_from_th
   std::unique_ptr<JobPool> jobs_;  // read files; end after the thread that gives them
 };
 
-class WebServer::Impl::Reply {
+class WebServer::Impl::Pending {
  public:
-  Reply(std::weak_ptr<Impl> impl, int64_t connection_id)
-      : impl_(std::move(impl)), connection_id_(connection_id) {}
-  ~Reply() { Send(HttpError(500, "the request was not answered; the log may say why")); }
+  Pending(std::weak_ptr<Impl> impl, int64_t connection_id, OnNext then)
+      : impl_(std::move(impl)), connection_id_(connection_id), then_(std::move(then)) {}
+  ~Pending() { GoOn(HttpError(500, "the request was not answered; the log may say why")); }
 
-  void Send(HttpResponse response) {
-    if (sent_.exchange(true)) return;
+  void GoOn(std::optional<HttpResponse> answer) {
+    if (gone_on_.exchange(true)) return;
     const std::shared_ptr<Impl> impl = impl_.lock();
     if (impl == nullptr) return;
-    asio::post(impl->context_,
-               [impl = impl.get(), id = connection_id_, response = std::move(response)]() mutable {
-                 const auto connection = impl->connections_.find(id);
-                 if (connection == impl->connections_.end()) return;
-                 const std::shared_ptr<HttpConnection> kept = connection->second;
-                 kept->Answer(std::move(response));
-               });
+    asio::post(impl->context_, [impl = impl.get(), id = connection_id_, then = std::move(then_),
+                                answer = std::move(answer)]() mutable {
+      const auto connection = impl->connections_.find(id);
+      if (connection == impl->connections_.end()) return;
+      const std::shared_ptr<HttpConnection> kept = connection->second;
+      then(*kept, std::move(answer));
+    });
   }
 
  private:
   const std::weak_ptr<Impl> impl_;
   const int64_t connection_id_;
-  std::atomic<bool> sent_{false};
+  OnNext then_;
+  std::atomic<bool> gone_on_{false};
 };
 
 Status WebServer::Impl::Listen() {
@@ -396,18 +398,8 @@ std::shared_ptr<BodySink> WebServer::Impl::MakeSink(const HttpRequest& request) 
 }
 
 BodySink::Next WebServer::Impl::OnServer(int64_t connection_id, OnNext then) {
-  return [weak = weak_from_this(), connection_id,
-          then = std::move(then)](std::optional<HttpResponse> answer) {
-    const std::shared_ptr<Impl> impl = weak.lock();
-    if (impl == nullptr) return;
-    asio::post(impl->context_,
-               [impl = impl.get(), connection_id, then, answer = std::move(answer)]() mutable {
-                 const auto connection = impl->connections_.find(connection_id);
-                 if (connection == impl->connections_.end()) return;
-                 const std::shared_ptr<HttpConnection> kept = connection->second;
-                 then(*kept, std::move(answer));
-               });
-  };
+  const auto pending = std::make_shared<Pending>(weak_from_this(), connection_id, std::move(then));
+  return [pending](std::optional<HttpResponse> answer) { pending->GoOn(std::move(answer)); };
 }
 
 void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) {
@@ -418,8 +410,13 @@ void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) 
         guests_ ? guests_->Enter(request.body, request.is_encrypted, NowUs() / 1'000'000)
                 : HttpError(404, "no pass counts here"));
   }
-  const auto reply = std::make_shared<Reply>(weak_from_this(), connection_id);
-  handler_(request, [reply](HttpResponse response) { reply->Send(std::move(response)); });
+  const BodySink::Next answer =
+      OnServer(connection_id, [](HttpConnection& connection, std::optional<HttpResponse> response) {
+        connection.Answer(std::move(*response));
+      });
+  const Status handled = Attempt(
+      [&] { handler_(request, [answer](HttpResponse response) { answer(std::move(response)); }); });
+  if (!handled.ok()) LogError("a request failed: {}", handled.error());
 }
 
 void WebServer::Impl::Upgrade(int64_t connection_id, WebStream stream, UpgradeRequest request) {

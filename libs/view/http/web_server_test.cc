@@ -16,14 +16,19 @@
 #include <fstream>
 #include <functional>
 #include <memory>
+#include <new>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
 #include "core/clock.h"
 #include "http/asio.h"
+#include "http/job_pool.h"
 #include "testing/test_folder.h"
 
 namespace skein::web_server_test {
@@ -105,9 +110,11 @@ class WebServerTest : public ::testing::Test {
 
   void Start() {
     auto server = WebServer::Start(
-        options_, log_, [this](const HttpRequest& request, const Respond& respond) {
+        options_, log_,
+        [this](const HttpRequest& request, const Respond& respond) {
           ++num_handled_;
           if (request.path == "/never") return;
+          if (request.path == "/throws") throw std::runtime_error("no such index");
           if (request.path == "/kept") {
             kept_ = respond;
             return;
@@ -125,7 +132,8 @@ class WebServerTest : public ::testing::Test {
             response.bytes = std::make_shared<const Bytes>(Bytes(size_t{50} << 20, 'x'));
           }
           respond(response);
-        });
+        },
+        uploads_);
     ASSERT_TRUE(server.ok()) << server.error();
     server_ = std::move(*server);
   }
@@ -167,6 +175,7 @@ class WebServerTest : public ::testing::Test {
   WebServerOptions options_;
   EventLog log_;
   std::atomic<int> num_handled_{0};
+  Uploads uploads_;
   Respond kept_;
   std::unique_ptr<WebServer> server_;
 };
@@ -183,6 +192,12 @@ TEST_F(WebServerTest, AnswersWithTheHeadersOfACarefulServer) {
         "Cross-Origin-Resource-Policy: same-origin", "Content-Type: application/json"}) {
     EXPECT_NE(answer.find(header), std::string::npos) << header;
   }
+}
+
+TEST_F(WebServerTest, AnswersARequestOnWhichAnExceptionComesAndGoesOn) {
+  Start();
+  EXPECT_EQ(StatusOf(Ask("GET /throws")), 500);
+  ExpectAlive();
 }
 
 TEST_F(WebServerTest, HeadGivesNoBody) {
@@ -611,6 +626,48 @@ TEST_F(WebDoorTest, AnswersThatNobodyTakesKeepOutNobody) {
   server_->NoteEvents();
   EXPECT_EQ(anna.Hear()["type"], "events") << "who shows a pass keeps the place";
   ExpectAlive();
+}
+
+// Throws at a step of an upload: in a job, or on the server's thread for "make" and "call".
+class ThrowingSink : public BodySink {
+ public:
+  ThrowingSink(JobPool& jobs, std::string step) : jobs_(jobs), step_(std::move(step)) {}
+  void Begin(Next next) override {
+    if (step_ == "call") throw std::bad_alloc();
+    GoOn("begin", std::move(next));
+  }
+  void Take(Bytes, Next next) override { GoOn("take", std::move(next)); }
+  void End(Next next) override { GoOn("end", std::move(next)); }
+
+ private:
+  void GoOn(const std::string& step, Next next) {
+    jobs_.Run([throws = step == step_, next = std::move(next)] {
+      if (throws) throw std::bad_alloc();
+      next(std::nullopt);
+    });
+  }
+
+  JobPool& jobs_;
+  const std::string step_;
+};
+
+TEST_F(WebDoorTest, AnswersAnUploadOnWhichAnExceptionComesAndGoesOn) {
+  JobPool jobs(1);
+  uploads_.make_sink = [&](const HttpRequest& request) -> std::shared_ptr<BodySink> {
+    const std::string step = request.path.substr(request.path.rfind('/') + 1);
+    if (step == "make") throw std::bad_alloc();
+    return std::make_shared<ThrowingSink>(jobs, step);
+  };
+  Start();
+  for (const std::string step : {"make", "call", "begin", "take", "end"}) {
+    RawClient client(door());
+    client.Say("PATCH /api/uploads/" + step + " HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close" +
+               "\r\nContent-Length: 3\r\nCookie: " + CookieOf(Role::kAgent, "anna") +
+               "\r\n\r\nabc");
+    EXPECT_EQ(StatusOf(client.HearAll()), 500) << step;
+  }
+  ExpectAlive();
+  server_.reset();
 }
 
 TEST_F(WebDoorTest, AnAddressPushesOutItsOwnAnswersThatNobodyTakes) {
