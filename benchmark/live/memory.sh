@@ -27,17 +27,10 @@ session=$out/session samples=$out/samples.csv
 use_photos agent "$images" "$images"
 ((num_photos > from)) || usage_error "--from $from: there are $num_photos photos only"
 
-# A photo may have two facts of its matches.
-count_matched() {
-  sqlite3 "file:$session/ledger.db?mode=ro" ".timeout 5000" \
-    "SELECT COUNT(*) FROM facts WHERE kind = 'matches' AND fact_id NOT LIKE '%/rest'" 2>/dev/null || echo 0
-}
-all_are_matched() { (($(count_matched) >= num_photos)); }
-
 # A line for each process: photos matched, instance, resident and anonymous memory in KiB
 sample() {
   local photos file memory
-  photos=$(count_matched)
+  photos=$(count_facts "$session" matches)
   for file in "$session"/run/*.pid; do
     memory=$(awk '/^Rss/ { resident = $2 } /^Anonymous/ { print resident "," $2 }' "/proc/$(<"$file")/smaps_rollup" 2>/dev/null) || continue
     [[ -n $memory ]] && echo "$photos,$(basename "$file" .pid),$memory"
@@ -80,7 +73,7 @@ sample_until "$workspace/finished" &
 sampler_pid=$!
 publish "$session" --rate "$rate"
 await_agents
-wait_until 300 "all photos are matched" all_are_matched
+wait_until 300 "all photos are matched" has_facts "$session" matches "$num_photos"
 wait_until 30 "two samples with all photos" has_samples "$num_photos" 2
 finish "$session"
 touch "$workspace/finished"

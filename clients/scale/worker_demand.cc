@@ -17,8 +17,8 @@ double MeanS(const StageTimes& times, const std::string& stage) {
 
 WorkerDemand DemandOf(const SessionTally& tally, const StageTimes& times) {
   const int64_t features = tally.NumIn(PhotoPhase::kFeatures);
-  const int64_t matching = features + tally.NumIn(PhotoPhase::kRetrieval) +
-                           tally.NumIn(PhotoPhase::kMatching) + tally.num_rests();
+  const int64_t matching =
+      features + tally.NumIn(PhotoPhase::kRetrieval) + tally.NumIn(PhotoPhase::kMatching);
   return {matching, static_cast<double>(features) * MeanS(times, "features") +
                         static_cast<double>(matching) * MeanS(times, "matching")};
 }

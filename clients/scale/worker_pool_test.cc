@@ -70,12 +70,6 @@ TEST(WorkerDemand, APhotoBeforeFeaturesNeedsMatchingToo) {
   const WorkerDemand demand = DemandOf(tally, times);
   EXPECT_EQ(demand.num_photos, 3);
   EXPECT_DOUBLE_EQ(demand.work_s, 2 * 2.0 + 3 * kUnknownItemS);
-  commit(candidates_t{}, 1);
-  matches_t matches{};
-  matches.part = matches_t::FIRST;
-  matches.pairs_blob = "blob";
-  commit(matches, 1);
-  EXPECT_EQ(DemandOf(tally, times).num_photos, 3) << "the rest of the first one's is due";
 }
 
 TEST(WorkerName, TellsWhenItsInvitationEnds) {

@@ -50,10 +50,7 @@ class Keeper {
   bool Keep(const matches_t& f) {
     std::vector<int64_t> others;
     for (const two_view_t& pair : f.pairs) others.push_back(pair.other_id);
-    if (compared_.count(f.image_id) == 0 || !AllDescribed(others)) return false;
-    // Without the first part all is matched again.
-    if (f.part == matches_t::REST) return matched_.count(f.image_id) > 0;
-    return matched_.insert(f.image_id).second;
+    return compared_.count(f.image_id) > 0 && AllDescribed(others);
   }
   bool Keep(const failure_t& f) { return f.image_id == 0 || images_.count(f.image_id) > 0; }
   bool Keep(const configuration_t&) { return true; }
@@ -67,7 +64,7 @@ class Keeper {
   }
 
   const SessionCheck& check_;
-  std::set<int64_t> images_, described_, compared_, matched_;
+  std::set<int64_t> images_, described_, compared_;
 };
 
 class Repairer {

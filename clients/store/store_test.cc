@@ -297,42 +297,6 @@ TEST_F(StoreTest, ALostBlobOfMatchesCostsTheseMatches) {
   EXPECT_EQ(NumOf<matches_t>(after.facts), size_t{kNumPhotos - 1});
 }
 
-// Photo 5 was matched in two parts, each with a blob.
-class TwoPartsTest : public StoreTest {
- protected:
-  TwoPartsTest() {
-    std::vector<Fact> facts = Check().facts;
-    for (Fact& fact : facts) {
-      auto* matches = std::get_if<matches_t>(&fact);
-      if (matches != nullptr && matches->image_id == 5) matches->part = matches_t::FIRST;
-    }
-    matches_t rest{};
-    rest.header.session_id = kId;
-    rest.header.fact_id = RestFactId(5);
-    rest.header.seq = static_cast<int64_t>(facts.size()) + 1;
-    rest.image_id = 5;
-    rest.part = matches_t::REST;
-    rest.pairs_blob = *BlobStore(paths_.Blobs()).Put(Content("further pairs5"));
-    facts.push_back(rest);
-    RemoveLedger(paths_.Ledger());
-    EXPECT_TRUE(WriteLedger(paths_.Ledger(), kId, facts, {}).ok());
-  }
-  size_t NumLeft() {
-    Repair();
-    return NumOf<matches_t>(Check().facts);
-  }
-};
-
-TEST_F(TwoPartsTest, ALostRestLeavesTheFirstPart) {
-  fs::remove(BlobOf("further pairs5"));
-  EXPECT_EQ(NumLeft(), size_t{kNumPhotos});
-}
-
-TEST_F(TwoPartsTest, ALostFirstPartCostsTheRest) {
-  fs::remove(BlobOf("pairs5"));
-  EXPECT_EQ(NumLeft(), size_t{kNumPhotos - 1});
-}
-
 TEST_F(StoreTest, ASupersededModelIsNotMissed) {
   fs::remove(BlobOf("old model"));
   EXPECT_TRUE(Check().IsWhole());

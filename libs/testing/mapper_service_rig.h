@@ -103,38 +103,22 @@ class MapperServiceTest : public testing::Test {
 
   void Match(int64_t first, int64_t last, int8_t geometry = 0) {
     for (int64_t id = first; id <= last; ++id) {
-      CommitMatches(id, scene_.pairs[id - 1], matches_t::ALL, geometry);
+      matches_t matches{};
+      matches.header.fact_id = "matches/" + std::to_string(id);
+      matches.image_id = id;
+      for (const TwoViewPair& pair : scene_.pairs[id - 1]) {
+        two_view_t message{};
+        message.other_id = pair.other_id;
+        message.num_inliers = static_cast<int32_t>(pair.inliers.size());
+        message.geometry = geometry;
+        matches.pairs.push_back(message);
+      }
+      matches.num_pairs = static_cast<int32_t>(matches.pairs.size());
+      if (matches.num_pairs > 0) {
+        matches.pairs_blob = ingest_node_.blobs().Offer(EncodeTwoViewPairs(scene_.pairs[id - 1]));
+      }
+      ingest_.Commit(matches);
     }
-  }
-  void CommitMatches(int64_t image_id, const TwoViewPairs& pairs, int8_t part,
-                     int8_t geometry = 0) {
-    matches_t matches{};
-    const bool is_rest = part == matches_t::REST;
-    matches.header.fact_id = is_rest ? RestFactId(image_id) : MatchesFactId(image_id);
-    matches.image_id = image_id;
-    matches.part = part;
-    for (const TwoViewPair& pair : pairs) {
-      two_view_t message{};
-      message.other_id = pair.other_id;
-      message.num_inliers = static_cast<int32_t>(pair.inliers.size());
-      message.geometry = geometry;
-      matches.pairs.push_back(message);
-    }
-    matches.num_pairs = static_cast<int32_t>(matches.pairs.size());
-    if (matches.num_pairs > 0) {
-      matches.pairs_blob = ingest_node_.blobs().Offer(EncodeTwoViewPairs(pairs));
-    }
-    ingest_.Commit(matches);
-  }
-  // A photo's first pair, of which too few inliers are left to place it, and its other pairs.
-  TwoViewPairs WeakPairOf(int64_t image_id) const {
-    TwoViewPairs pairs = {scene_.pairs[image_id - 1].front()};
-    pairs.front().inliers.resize(8);
-    return pairs;
-  }
-  TwoViewPairs OtherPairsOf(int64_t image_id) const {
-    const TwoViewPairs& pairs = scene_.pairs[image_id - 1];
-    return {pairs.begin() + 1, pairs.end()};
   }
 
   void Seed(int64_t image_id1, int64_t image_id2, int64_t submap_id = kSubmap) {

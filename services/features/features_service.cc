@@ -1,6 +1,5 @@
 #include "features/features_service.h"
 
-#include <iterator>
 #include <utility>
 
 #include "core/attempt.h"
@@ -52,25 +51,17 @@ void FeaturesService::StartIfKnown(int64_t image_id) {
   node_.blobs().Fetch(image->second.blob_id, "ingest",
                       [this, image = image->second](Result<Bytes> photo) {
                         if (!photo) return Fail(image.image_id, photo.error(), false);
-                        fetched_[image.image_id] = {image, std::move(*photo)};
-                        ComputeNext();
+                        Compute(image, std::move(*photo));
                       });
 }
 
-void FeaturesService::ComputeNext() {
-  if (fetched_.empty() || worker_.num_pending() > 0) return;
-  const auto newest = std::prev(fetched_.end());
-  const int64_t id = newest->first;
-  FetchedPhoto photo = std::move(newest->second);
-  fetched_.erase(newest);
-  work_.SetCurrent(id);
+void FeaturesService::Compute(const image_t& image, Bytes photo) {
   worker_.Run(
-      [this, photo = std::move(photo)] {
-        return Attempt([&] { return Describe(photo.image, photo.bytes); });
+      [this, image, photo = std::move(photo)] {
+        return Attempt([&] { return Describe(image, photo); });
       },
-      [this, id](const Result<Described>& described) {
+      [this, id = image.image_id](const Result<Described>& described) {
         OnDescribed(id, described);
-        ComputeNext();
       });
 }
 

@@ -17,8 +17,8 @@
 namespace skein {
 
 // Holds three items: one is computed on a worker thread, the photo of one is fetched, the result of
-// one is being committed. The newest of the fetched photos is computed first, on as many threads as
-// cores are idle, at most `max_threads`. Loop's thread only.
+// one is being committed. A photo is computed on as many threads as cores are idle, at most
+// `max_threads`. Loop's thread only.
 class FeaturesService {
  public:
   FeaturesService(Node& node, const SiftOptions& sift, int max_threads,
@@ -31,10 +31,6 @@ class FeaturesService {
     int64_t computed_at_seq = 0;
     bool started = false;
   };
-  struct FetchedPhoto {
-    image_t image;
-    Bytes bytes;
-  };
   struct Described {
     PhotoDescription photo;
     ResultBlobs blobs;
@@ -44,7 +40,7 @@ class FeaturesService {
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
   void StartIfKnown(int64_t image_id);
-  void ComputeNext();
+  void Compute(const image_t& image, Bytes photo);
   void OnDescribed(int64_t image_id, const Result<Described>& described);
   Result<Described> Describe(const image_t& image, const Bytes& photo);
   void Submit(int64_t image_id, const Described& described);
@@ -59,7 +55,6 @@ class FeaturesService {
   std::map<int64_t, image_t> images_;                   // photos without features
   std::unordered_set<int64_t> described_;               // photos with features
   std::map<int64_t, Job> jobs_;
-  std::map<int64_t, FetchedPhoto> fetched_;  // of jobs_, not yet computed
   int64_t num_done_ = 0;
   double sum_elapsed_s_ = 0;
 

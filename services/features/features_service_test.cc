@@ -38,7 +38,6 @@ class FeaturesServiceTest : public testing::Test {
       : service_(node_, SiftOptions(), 1, model_, *PhotoDecoder::Start(decoder)) {
     bus_.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
       held_ = std::set<int64_t>(request.held.begin(), request.held.end());
-      current_ = request.held.empty() ? 0 : request.held.front();
       capacity_ = request.capacity;
     });
     bus_.Subscribe<work_failed_t>(kWorkFailedChannel,
@@ -83,7 +82,6 @@ class FeaturesServiceTest : public testing::Test {
   const std::shared_ptr<OneVectorForAll> model_ = std::make_shared<OneVectorForAll>();
   FeaturesService service_;
   std::set<int64_t> held_;
-  int64_t current_ = 0;  // the item at work
   int capacity_ = 0;
   std::optional<work_failed_t> failed_;
 };
@@ -129,15 +127,6 @@ TEST_F(FeaturesServiceTest, StartsWhenTheFactComesAfterTheWork) {
   EXPECT_EQ(Features(7), nullptr);
   AddPhoto(7, SmallJpeg(), 96, 80);
   Await([&] { return Features(7) != nullptr; }, "the features");
-}
-
-TEST_F(FeaturesServiceTest, TheNewestPhotoIsDescribedFirst) {
-  for (const int64_t id : {1, 2, 3}) Give(id);
-  AddPhoto(2, SmallJpeg(2, 1600, 1200), 1600, 1200);
-  Await([&] { return held_.size() == 3 && current_ == 2; }, "the second one at work");
-  for (const int64_t id : {1, 3}) AddPhoto(id, SmallJpeg(id), 96, 80);
-  Await([&] { return Features(1) && Features(2) && Features(3); }, "all features");
-  EXPECT_LT(Features(3)->header.seq, Features(1)->header.seq);
 }
 
 TEST_F(FeaturesServiceTest, SaysWhatCannotBeDescribedAndGoesOn) {

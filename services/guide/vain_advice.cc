@@ -19,8 +19,7 @@ bool IsSpoiled(const SessionState& state, const PhotoState& photo) {
 bool IsInVain(const SessionState& state, int64_t image_id) {
   const PhotoState* photo = state.FindPhoto(image_id);
   if (photo == nullptr || state.IsRegistered(image_id)) return false;
-  const bool is_alone =
-      photo->matches_seq > 0 && !photo->rest_due && state.covisibility().EdgesOf(image_id).empty();
+  const bool is_alone = photo->matches_seq > 0 && state.covisibility().EdgesOf(image_id).empty();
   if (state.FindTrial(image_id) == nullptr && !is_alone) return false;
   return !IsSpoiled(state, *photo);
 }

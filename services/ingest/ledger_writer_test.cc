@@ -301,52 +301,6 @@ TEST_F(LedgerWriterTest, RefusesAModelWhosePositionOnTheEarthIsNoSimilarity) {
   EXPECT_FALSE(CheckSubmission(model, state()).ok());
 }
 
-TEST_F(LedgerWriterTest, CountsTheCandidatesOfTwoPartsOnce) {
-  for (int i = 0; i < 3; ++i) AddPhoto();
-  candidates_t candidates{};
-  candidates.other_ids = {1, 2};
-  candidates.distances = {0.5f, 0.6f};
-  candidates.num_candidates = 2;
-  AddForPhoto(candidates, "candidates", 3);
-  for (const int8_t part : {matches_t::FIRST, matches_t::REST}) {
-    matches_t matches{};
-    matches.part = part;
-    matches.num_tried = 1;
-    matches.num_pairs = 1;
-    matches.pairs.resize(1);
-    matches.pairs[0].other_id = part;
-    EXPECT_EQ(session().history.retrieval().candidates, 0);
-    AddForPhoto(matches, "matches/" + std::to_string(part), 3);
-  }
-  EXPECT_EQ(session().history.retrieval().candidates, 2);
-  EXPECT_EQ(session().history.retrieval().hits, 2);
-  EXPECT_EQ(session().history.retrieval().pairs_matched, 2);
-}
-
-TEST_F(LedgerWriterTest, ARestNeedsItsFirstPart) {
-  for (int i = 0; i < 3; ++i) AddPhoto();
-  AddForPhoto(features_t{}, "features", 3);
-  AddForPhoto(candidates_t{}, "candidates", 3);
-  matches_t rest{};
-  rest.header.fact_id = RestFactId(3);
-  rest.header.author = "matching";
-  rest.image_id = 3;
-  rest.part = matches_t::REST;
-  EXPECT_EQ(CheckSubmission(rest, state()).error(), "no rest of the photo is due");
-  matches_t first = rest;
-  first.header.fact_id = MatchesFactId(3);
-  first.part = matches_t::FIRST;
-  first.in_vain = {1, 77};
-  first.num_in_vain = 2;
-  EXPECT_FALSE(CheckSubmission(first, state()).ok()) << "there is no photo 77";
-  first.in_vain = {1, 2};
-  EXPECT_EQ(CheckSubmission(first, state()).error(), "");
-  AddForPhoto(first, "matches", 3);
-  EXPECT_EQ(CheckSubmission(rest, state()).error(), "");
-  rest.header.fact_id = MatchesFactId(3);
-  EXPECT_FALSE(CheckSubmission(rest, state()).ok());
-}
-
 TEST_F(LedgerWriterTest, RefusesAPairWithoutInliers) {
   AddPhoto();
   AddPhoto();

@@ -66,17 +66,11 @@ class Rules {
   }
 
   Status operator()(const matches_t& f) const {
-    const bool is_rest = f.part == matches_t::REST;
-    const std::string fact_id = is_rest ? RestFactId(f.image_id) : MatchesFactId(f.image_id);
-    if (Status status = CheckOnePerImage(f, fact_id); !status.ok()) return status;
-    const PhotoState& photo = *state_.FindPhoto(f.image_id);
-    if (photo.candidates_seq == 0) return Refuse("photo has no candidates yet");
-    if (f.part < matches_t::ALL || f.part > matches_t::REST) return Refuse("unknown part");
-    if (is_rest && !photo.rest_due) return Refuse("no rest of the photo is due");
-    if (f.part != matches_t::FIRST && !f.in_vain.empty()) {
-      return Refuse("only a first part tells what was tried in vain");
+    if (Status status = CheckOnePerImage(f, MatchesFactId(f.image_id)); !status.ok()) return status;
+    if (state_.FindPhoto(f.image_id)->candidates_seq == 0) {
+      return Refuse("photo has no candidates yet");
     }
-    std::vector<int64_t> others = f.in_vain;
+    std::vector<int64_t> others;
     for (const two_view_t& pair : f.pairs) {
       if (pair.num_inliers < 1) return Refuse("a verified pair without inliers");
       if (pair.num_inliers > kMaxKeypoints) return Refuse("a pair with too many inliers");

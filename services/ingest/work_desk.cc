@@ -93,21 +93,21 @@ void WorkDesk::OnFailed(const work_failed_t& failed) {
 }
 
 void WorkDesk::CommitFailures(const std::vector<WorkPlanner::Failure>& failures) {
-  for (const auto& [stage, failure] : failures) {
-    const bool is_submap = stage == kSubmapKind;
+  for (const auto& [kind, failure] : failures) {
+    const bool is_submap = kind == kSubmapKind;
     const PhotoState* photo = is_submap ? nullptr : writer_.state().FindPhoto(failure.item);
     failure_t fact{};
-    fact.header.fact_id = FailureFactId(stage, failure.item, failure.attempts);
+    fact.header.fact_id = FailureFactId(kind, failure.item, failure.attempts);
     fact.header.author = node_.instance();
     fact.image_id = photo == nullptr ? 0 : failure.item;
     fact.submap_id = is_submap ? failure.item : 0;
     fact.agent = photo == nullptr ? "" : photo->image.agent;
     fact.name = photo == nullptr ? "map " + std::to_string(failure.item) : photo->image.name;
-    fact.stage = stage;
+    fact.stage = kind;
     fact.reason = ClampText(Printable(failure.reason, 200) + " (" + failure.worker + ")");
     fact.attempts = failure.attempts;
     fact.parked = failure.parked;
-    LogWarn("{} of {} failed ({} so far{}): {}", stage, fact.name, fact.attempts,
+    LogWarn("{} of {} failed ({} so far{}): {}", kind, fact.name, fact.attempts,
             fact.parked ? ", parked" : "", fact.reason);
     if (writer_.history().FindFact(fact.header.fact_id) == 0) writer_.Stage(fact);
     if (is_submap && failure.parked) EndSubmap(failure.item, fact.reason);

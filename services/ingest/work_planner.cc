@@ -1,27 +1,10 @@
 #include "ingest/work_planner.h"
 
-#include "ledger/work_items.h"
-
 namespace skein {
-namespace {
-
-std::vector<WorkPlanner::Failure> ByStage(const std::string& kind,
-                                          const std::vector<WorkQueue::Failure>& failures) {
-  std::vector<WorkPlanner::Failure> by_stage;
-  for (const WorkQueue::Failure& failure : failures) {
-    by_stage.push_back({StageOfItem(kind, failure.item), failure});
-    by_stage.back().failure.item = PhotoOfItem(failure.item);
-  }
-  return by_stage;
-}
-
-}  // namespace
 
 WorkPlanner::WorkPlanner(const SessionRecord& session, double lease_s, double now_s)
     : session_(session), lease_s_(lease_s) {
-  for (const char* kind : {"features", "matching"}) {
-    queues_.try_emplace(kind, lease_s, nullptr, WorkQueue::Order::kHighestFirst);
-  }
+  for (const char* kind : {"features", "matching"}) queues_.try_emplace(kind, lease_s);
   // A mapper that lost its lease must not go on in an epoch that another may have taken over.
   queues_.try_emplace("submap", lease_s, [this](const std::string& worker, int64_t submap_id) {
     const SubmapLife* submap = session_.state.FindSubmap(submap_id);
@@ -37,7 +20,6 @@ void WorkPlanner::AddOpenPhotos() {
     if (photo.features_seq == 0 && photo.failed_stage != "features") queues_.at("features").Add(id);
     const bool named = photo.candidates_seq > 0 && photo.matches_seq == 0;
     if (named && photo.failed_stage != "matching") queues_.at("matching").Add(id);
-    if (photo.rest_due) queues_.at("matching").Add(RestItem(id));
   }
 }
 
@@ -52,9 +34,9 @@ void WorkPlanner::AddOpenSubmaps(double now_s) {
 
 void WorkPlanner::NoteEarlierFailures() {
   for (const auto& [seq, failure] : session_.history.all_failures()) {
-    WorkQueue* queue = Find(KindOfStage(failure.stage));
+    WorkQueue* queue = Find(failure.stage);
     if (queue != nullptr && failure.image_id != 0) {
-      queue->NoteEarlier(ItemOfFailure(failure), failure.attempts);
+      queue->NoteEarlier(failure.image_id, failure.attempts);
     }
   }
 }
@@ -75,9 +57,7 @@ void WorkPlanner::OnFact(const Fact& fact, double now_s) {
   } else if (const auto* candidates = std::get_if<candidates_t>(&fact)) {
     matching.Add(candidates->image_id);
   } else if (const auto* matches = std::get_if<matches_t>(&fact)) {
-    const bool is_rest = matches->part == matches_t::REST;
-    matching.Remove(is_rest ? RestItem(matches->image_id) : matches->image_id);
-    if (matches->part == matches_t::FIRST) matching.Add(RestItem(matches->image_id));
+    matching.Remove(matches->image_id);
   } else if (const auto* seed = std::get_if<seed_t>(&fact)) {
     submaps.Add(seed->submap_id);
   } else if (const auto* lease = std::get_if<submap_lease_t>(&fact)) {
@@ -85,10 +65,10 @@ void WorkPlanner::OnFact(const Fact& fact, double now_s) {
   } else if (const auto* end = std::get_if<submap_end_t>(&fact)) {
     submaps.Remove(end->submap_id);
   } else if (const auto* failure = std::get_if<failure_t>(&fact)) {
-    WorkQueue* queue = Find(KindOfStage(failure->stage));
+    WorkQueue* queue = Find(failure->stage);
     if (queue == nullptr || failure->image_id == 0) return;
-    const int64_t item = ItemOfFailure(*failure);
-    failure->parked ? queue->Remove(item) : queue->NoteEarlier(item, failure->attempts);
+    failure->parked ? queue->Remove(failure->image_id)
+                    : queue->NoteEarlier(failure->image_id, failure->attempts);
   }
 }
 
@@ -96,8 +76,10 @@ std::vector<WorkPlanner::Failure> WorkPlanner::OnRequest(const std::string& kind
                                                          const WorkQueue::Request& request,
                                                          double now_s) {
   WorkQueue* queue = Find(kind);
-  if (queue == nullptr) return {};
-  return ByStage(kind, queue->OnRequest(request, now_s));
+  std::vector<Failure> failures;
+  if (queue == nullptr) return failures;
+  for (auto& failure : queue->OnRequest(request, now_s)) failures.push_back({kind, failure});
+  return failures;
 }
 
 std::vector<WorkPlanner::Failure> WorkPlanner::OnFailed(const std::string& kind,
@@ -105,8 +87,12 @@ std::vector<WorkPlanner::Failure> WorkPlanner::OnFailed(const std::string& kind,
                                                         const std::string& reason, bool permanent,
                                                         double now_s) {
   WorkQueue* queue = Find(kind);
-  if (queue == nullptr) return {};
-  return ByStage(kind, queue->OnFailed(worker, item, reason, permanent, now_s));
+  std::vector<Failure> failures;
+  if (queue == nullptr) return failures;
+  for (auto& failure : queue->OnFailed(worker, item, reason, permanent, now_s)) {
+    failures.push_back({kind, failure});
+  }
+  return failures;
 }
 
 void WorkPlanner::Return(const std::string& kind, const std::string& worker, int64_t item,
@@ -115,11 +101,9 @@ void WorkPlanner::Return(const std::string& kind, const std::string& worker, int
 }
 
 std::vector<WorkPlanner::Grant> WorkPlanner::Assign(double now_s) {
-  // A rest would take processors from photos that wait for their first pose.
-  const bool with_rests = queues_.at("features").num_waiting() == 0;
   std::vector<Grant> grants;
   for (auto& [kind, queue] : queues_) {
-    for (const auto& grant : queue.Assign(now_s, with_rests)) {
+    for (const auto& grant : queue.Assign(now_s)) {
       grants.push_back({kind, grant.worker, grant.item, grant.attempt, grant.is_new});
     }
   }

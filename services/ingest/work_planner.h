@@ -11,12 +11,10 @@
 
 namespace skein {
 
-// Plans the open work, by kind, derived from the ledger. An item is an image id, a submap id, or
-// the rest of a photo (ledger/work_items.h).
-//  - "features": photos without features, the newest first.
-//  - "matching": photos with candidates and without matches, the newest first, then the rests that
-//    are due, the oldest first. A rest waits while a photo waits for features or matching.
-//  - "submap": seeds, and submaps without a mapper, the oldest first.
+// Plans the open work, by kind, derived from the ledger. An item is an image id, or a submap id.
+//  - "features": photos without features.
+//  - "matching": photos with candidates and without matches.
+//  - "submap": seeds, and submaps without a mapper.
 class WorkPlanner {
  public:
   struct Grant {
@@ -27,8 +25,8 @@ class WorkPlanner {
     bool is_new = false;  // a submap's first grant to this worker begins a new epoch
   };
   struct Failure {
-    std::string stage;           // failure_t's
-    WorkQueue::Failure failure;  // `item`: the photo's or the submap's id
+    std::string kind;
+    WorkQueue::Failure failure;
   };
 
   // Takes up the work that is open in `session`, which must outlive it. `now_s` as in WorkQueue.

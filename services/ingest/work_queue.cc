@@ -187,7 +187,7 @@ int WorkQueue::FreeSlots(const std::string& name, const Worker& worker) const {
   return free;
 }
 
-std::string WorkQueue::MostFree(double now_s, bool idle) const {
+std::string WorkQueue::MostFree(double now_s) const {
   std::string best;
   int best_free = 0;
   size_t best_held = 0;
@@ -195,7 +195,7 @@ std::string WorkQueue::MostFree(double now_s, bool idle) const {
     if (IsSilent(worker, now_s)) continue;
     const int free = FreeSlots(name, worker);
     const size_t held = worker.held.size() + static_cast<size_t>(worker.capacity - free);
-    if (free <= 0 || (idle && held > 0)) continue;
+    if (free <= 0) continue;
     if (best.empty() || held < best_held || (held == best_held && free > best_free)) {
       best = name;
       best_free = free;
@@ -205,7 +205,7 @@ std::string WorkQueue::MostFree(double now_s, bool idle) const {
   return best;
 }
 
-std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s, bool with_rests) {
+std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s) {
   ReleaseLapsed(now_s);
   const auto attempt = [&](int64_t item) {
     const auto found = history_.find(item);
@@ -219,13 +219,12 @@ std::vector<WorkQueue::Grant> WorkQueue::Assign(double now_s, bool with_rests) {
   }
   for (auto next = waiting_.begin(); next != waiting_.end();) {
     const int64_t item = *next;
-    if (item < 0 && !with_rests) break;
     const auto history = history_.find(item);
     if (history != history_.end() && history->second.not_before_s > now_s) {
       ++next;
       continue;
     }
-    const std::string worker = MostFree(now_s, item < 0);
+    const std::string worker = MostFree(now_s);
     if (worker.empty()) break;
     next = waiting_.erase(next);
     leases_[item] = {worker, now_s + lease_s_, now_s, false};

@@ -40,15 +40,12 @@ class WorkQueue {
     std::vector<int64_t> held;     // the one being worked on first
   };
 
-  enum class Order { kLowestFirst, kHighestFirst };  // in which waiting items are granted
-
   // Whether a worker that names an item which waits may go on with it; unset: yes.
   using MayResume = std::function<bool(const std::string& worker, int64_t item)>;
 
   // A lease lapses when its worker hasn't named the item for `lease_s`.
-  explicit WorkQueue(double lease_s = kLeaseS, MayResume may_resume = nullptr,
-                     Order order = Order::kLowestFirst)
-      : lease_s_(lease_s), may_resume_(std::move(may_resume)), waiting_(Before{order}) {}
+  explicit WorkQueue(double lease_s = kLeaseS, MayResume may_resume = nullptr)
+      : lease_s_(lease_s), may_resume_(std::move(may_resume)) {}
 
   // No effect if it is there.
   void Add(int64_t item);
@@ -68,22 +65,15 @@ class WorkQueue {
   // The worker gives an item back that another try may do; nothing if it has no lease on it.
   void Return(const std::string& worker, int64_t item, double now_s);
 
-  // Lets leases lapse, and grants waiting items in their order to workers with capacity. Call it
-  // after every change and at least once a second. Includes unconfirmed grants to be repeated. An
-  // item below 0 can wait: only a worker that holds nothing gets it, and only `with_rests`.
-  std::vector<Grant> Assign(double now_s, bool with_rests = true);
+  // Lets leases lapse, and grants waiting items, oldest first, to workers with capacity. Call it
+  // after every change and at least once a second. Includes unconfirmed grants to be repeated.
+  std::vector<Grant> Assign(double now_s);
 
   size_t num_waiting() const { return waiting_.size(); }
   size_t num_leased() const { return leases_.size(); }
   bool Has(int64_t item) const { return waiting_.count(item) > 0 || leases_.count(item) > 0; }
 
  private:
-  struct Before {
-    Order order;
-    bool operator()(int64_t a, int64_t b) const {
-      return order == Order::kLowestFirst ? a < b : b < a;
-    }
-  };
   struct LeaseState {
     std::string worker;
     double expires_s = 0;
@@ -112,12 +102,11 @@ class WorkQueue {
   void ReleaseLapsed(double now_s);
   bool IsSilent(const Worker& worker, double now_s) const;
   int FreeSlots(const std::string& name, const Worker& worker) const;
-  // "" if there is none. `idle`: a worker that holds nothing.
-  std::string MostFree(double now_s, bool idle) const;
+  std::string MostFree(double now_s) const;
 
   const double lease_s_;
   const MayResume may_resume_;
-  std::set<int64_t, Before> waiting_;
+  std::set<int64_t> waiting_;  // ids grow with age, so the order is oldest first
   std::map<int64_t, LeaseState> leases_;
   std::map<int64_t, History> history_;  // of items that failed
   std::map<std::string, Worker> workers_;

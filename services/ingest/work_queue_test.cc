@@ -31,35 +31,6 @@ TEST(WorkQueue, PushesTheOldestItemsToWhoCanTakeThem) {
   EXPECT_EQ(Items(queue.Assign(0.2)), (std::vector<int64_t>{5}));
 }
 
-TEST(WorkQueue, PushesTheHighestItemsFirstWhereThatIsTheOrder) {
-  WorkQueue queue(kLeaseS, nullptr, WorkQueue::Order::kHighestFirst);
-  queue.OnRequest({"w", 2, 0, {}}, 0);
-  for (const int64_t item : {5, 3, 4}) queue.Add(item);
-  EXPECT_EQ(Items(queue.Assign(0)), (std::vector<int64_t>{5, 4}));
-  queue.OnRequest({"w", 1, 0, {4}}, 0.2);  // 5 is done
-  queue.Remove(5);
-  queue.Add(6);
-  EXPECT_EQ(Items(queue.Assign(0.2)), (std::vector<int64_t>{6}));
-  queue.OnRequest({"other", 1, 0, {}}, 0.3);
-  EXPECT_EQ(Items(queue.Assign(0.3)), (std::vector<int64_t>{3})) << "none is left behind";
-}
-
-TEST(WorkQueue, ARestGoesToAWorkerThatHoldsNothing) {
-  WorkQueue queue(kLeaseS, nullptr, WorkQueue::Order::kHighestFirst);
-  for (const int64_t item : {-1, -2, 7}) queue.Add(item);
-  queue.OnRequest({"w", 2, 0, {}}, 0);
-  EXPECT_EQ(Items(queue.Assign(0)), (std::vector<int64_t>{7}));
-  queue.OnRequest({"w", 1, 0, {7}}, 0.1);
-  EXPECT_TRUE(queue.Assign(0.1).empty());
-  queue.Remove(7);
-  queue.OnRequest({"w", 2, 0, {}}, 0.2);
-  EXPECT_TRUE(queue.Assign(0.2, false).empty());
-  EXPECT_EQ(Items(queue.Assign(0.2)), (std::vector<int64_t>{-1})) << "the oldest photo's";
-  queue.OnRequest({"w", 2, 0, {-1}}, 0.3);
-  queue.Add(8);
-  EXPECT_EQ(Items(queue.Assign(0.3)), (std::vector<int64_t>{8}));
-}
-
 TEST(WorkQueue, SpreadsItemsOverWorkers) {
   WorkQueue queue;
   queue.OnRequest({"a", 4, 0, {}}, 0);

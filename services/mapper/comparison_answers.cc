@@ -13,12 +13,12 @@
 namespace skein {
 
 // A map that is behind its ledger gives no answer: after a restart it may yet have to place what
-// the asker knows of, and a photo that is not matched would be loaded without its pairs.
+// the asker knows of, and a photo that is not through matching would be loaded without its pairs.
 bool ComparisonAnswers::MayAnswer(const std::vector<int64_t>& image_ids) const {
   const SubmapLife& submap = *session_.FindSubmap(run_.submap_id());
   return std::all_of(image_ids.begin(), image_ids.end(), [&](int64_t id) {
     const PhotoState* photo = session_.FindPhoto(id);
-    return photo != nullptr && photo->is_matched() &&
+    return photo != nullptr && photo->through_matching() &&
            (run_.IsRegistered(id) || !submap.IsRegistered(id));
   });
 }
@@ -28,20 +28,17 @@ void ComparisonAnswers::Answer(const shared_request_t& request) {
   const std::string step = ComparisonStep(request.other_submap_id);
   if (run_.IsLeftOut(step)) return Reply(request.request_id, EncodeSharedImages({}));
   answering_ = true;
-  const int64_t seq = run_.worked_seq();
-  photos_.Load(request.image_ids, seq,
-               [this, step, ids = request.image_ids,
-                request_id = request.request_id](const FetchedPhotos& photos) {
-                 run_.RunOnWorker(
-                     step,
-                     [photos, ids](Submap& submap) {
-                       const Status added = AddToSubmap(photos, &submap);
-                       if (!added.ok())
-                         LogWarn("a photo that cannot be compared: {}", added.error());
-                       return EncodeSharedImages(submap.ExportShared(ids));
-                     },
-                     [this, request_id](Bytes shared) { Reply(request_id, std::move(shared)); });
-               });
+  photos_.Load(request.image_ids, [this, step, ids = request.image_ids,
+                                   request_id = request.request_id](const FetchedPhotos& photos) {
+    run_.RunOnWorker(
+        step,
+        [photos, ids](Submap& submap) {
+          const Status added = AddToSubmap(photos, &submap);
+          if (!added.ok()) LogWarn("a photo that cannot be compared: {}", added.error());
+          return EncodeSharedImages(submap.ExportShared(ids));
+        },
+        [this, request_id](Bytes shared) { Reply(request_id, std::move(shared)); });
+  });
 }
 
 void ComparisonAnswers::Reply(int64_t request_id, Bytes shared) {

@@ -91,18 +91,17 @@ void FinishSteps::MapAsBatch(const Item& item) {
   for (const int64_t id : place->submaps) {
     if (id != run_.submap_id()) others.push_back(session_.RegisteredIn(id));
   }
-  run_.LoadPhotos(place->photos, run_.worked_seq(),
-                  [this, step, others, num = place->photos.size()](const FetchedPhotos& photos) {
-                    Tell("maps " + std::to_string(num) + " photos anew as a batch");
-                    run_.RunJob(
-                        step,
-                        [photos, others](Submap& submap, SubmapRun::Outcome* outcome) {
-                          AddToSubmap(photos, &submap);
-                          submap.MapAsBatch({true, others, AbsorbInto(&submap, outcome->Sink())},
-                                            outcome->Sink());
-                        },
-                        [&run = run_](const SubmapRun::Outcome& outcome) { run.Apply(outcome); });
-                  });
+  run_.LoadPhotos(place->photos, [this, step, others,
+                                  num = place->photos.size()](const FetchedPhotos& photos) {
+    Tell("maps " + std::to_string(num) + " photos anew as a batch");
+    run_.RunJob(
+        step,
+        [photos, others](Submap& submap, SubmapRun::Outcome* outcome) {
+          AddToSubmap(photos, &submap);
+          submap.MapAsBatch({true, others, AbsorbInto(&submap, outcome->Sink())}, outcome->Sink());
+        },
+        [&run = run_](const SubmapRun::Outcome& outcome) { run.Apply(outcome); });
+  });
 }
 
 void FinishSteps::Finish(const Item& item) {

@@ -7,9 +7,7 @@ namespace skein {
 
 void ItemLog::Take(const Fact& fact) {
   if (const auto* matches = std::get_if<matches_t>(&fact)) {
-    const bool is_rest = matches->part == matches_t::REST;
-    items_.push_back({matches->header.seq, is_rest ? Item::Kind::kRest : Item::Kind::kMatches,
-                      matches->image_id});
+    items_.push_back({matches->header.seq, Item::Kind::kMatches, matches->image_id});
   } else if (const auto* merge = std::get_if<merge_t>(&fact)) {
     if (merge->state != merge_t::ORDERED) return;
     merges_.push_back(merge->header.seq);

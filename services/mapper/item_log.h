@@ -11,8 +11,7 @@
 namespace skein {
 
 struct Item {
-  // kRest: the second part of a photo's matches.
-  enum class Kind { kMatches, kRest, kDrained, kBatch, kSettled };
+  enum class Kind { kMatches, kDrained, kBatch, kSettled };
   int64_t seq = 0;
   Kind kind = Kind::kMatches;
   int64_t id = 0;  // image id or finish id

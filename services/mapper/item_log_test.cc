@@ -62,19 +62,6 @@ TEST_F(ItemLogTest, ListsWhatASubmapWorksThroughInOrder) {
   EXPECT_EQ(log_.merges()[0], ordered) << "an order's seq is its merge's id";
 }
 
-TEST_F(ItemLogTest, TheRestOfAPhotosMatchesIsAnItemOfItsOwn) {
-  matches_t matches{};
-  matches.image_id = 5;
-  matches.part = matches_t::FIRST;
-  Take(matches);
-  matches.part = matches_t::REST;
-  Take(matches);
-  EXPECT_EQ(cursor_.Next()->kind, Item::Kind::kMatches);
-  const std::optional<Item> rest = cursor_.Next();
-  EXPECT_EQ(rest->kind, Item::Kind::kRest);
-  EXPECT_EQ(rest->id, 5);
-}
-
 TEST_F(ItemLogTest, AMergeWaitsForNoOtherItem) {
   TakeMatches(7);
   TakeMatches(8);

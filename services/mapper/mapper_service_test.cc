@@ -8,49 +8,6 @@ TEST_F(MapperServiceTest, RegistersThePhotosOfItsSubmap) {
   EXPECT_TRUE(holds_submap_);
 }
 
-TEST_F(MapperServiceTest, APhotoIsPlacedByTheRestOfItsMatches) {
-  Give(6);
-  Await([&] { return Registered().size() == 6; }, "all photos registered");
-  CommitMatches(7, WeakPairOf(7), matches_t::FIRST);
-  Await([&] { return States(7) == std::vector<int>{registration_t::DEFERRED}; }, "7 deferred");
-  CommitMatches(7, OtherPairsOf(7), matches_t::REST);
-  Await([&] { return IsRegistered(7); }, "7 registered");
-}
-
-TEST_F(MapperServiceTest, APhotoWithoutFirstPairsIsPlacedByTheRest) {
-  Give(6);
-  CommitMatches(7, {}, matches_t::FIRST);
-  CommitMatches(7, OtherPairsOf(7), matches_t::REST);
-  Await([&] { return Registered().size() == 7; }, "all photos registered");
-}
-
-// 7 sees the map through 8 alone, whose pair with it comes with the rest.
-TEST_F(MapperServiceTest, APhotoThatWaitsIsPlacedByTheRestOfANeighbour) {
-  Give(6);
-  Await([&] { return Registered().size() == 6; }, "all photos registered");
-  CommitMatches(7, WeakPairOf(7), matches_t::ALL);
-  Await([&] { return !States(7).empty(); }, "7 deferred");
-  TwoViewPairs pairs = scene_.pairs[7];
-  const TwoViewPair with_7 = pairs.back();
-  ASSERT_EQ(with_7.other_id, 7);
-  pairs.pop_back();
-  CommitMatches(8, pairs, matches_t::FIRST);
-  Await([&] { return IsRegistered(8); }, "8 registered");
-  EXPECT_FALSE(IsRegistered(7));
-  CommitMatches(8, {with_7}, matches_t::REST);
-  Await([&] { return IsRegistered(7); }, "7 registered");
-}
-
-TEST_F(MapperServiceTest, AMapThatBeginsLaterHasBothParts) {
-  Match(1, 6);
-  CommitMatches(7, WeakPairOf(7), matches_t::FIRST);
-  CommitMatches(7, OtherPairsOf(7), matches_t::REST);
-  Seed(1, 3);
-  CommitLease(kMapper, 1);
-  Grant(kMapper);
-  Await([&] { return Registered().size() == 7; }, "all photos registered");
-}
-
 TEST_F(MapperServiceTest, TellsTheShapeOfItsMapWhileSomebodyLooks) {
   submap_shape_t told{};
   int num_told = 0;

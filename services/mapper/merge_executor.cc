@@ -117,8 +117,7 @@ void MergeExecutor::Absorb(const merge_t& frozen) {
   if (open_->absorbing) return;
   open_->absorbing = true;
   open_->source_epoch = frozen.source_epoch;
-  run_.LoadModel(Step(), frozen.model_blob, run_.worked_seq(),
-                 WhileOpen([this](const Result<LoadedModel>& source) {
+  run_.LoadModel(Step(), frozen.model_blob, WhileOpen([this](const Result<LoadedModel>& source) {
                    source.ok() ? OnSource(*source) : Fail("source: " + source.error());
                  }));
 }

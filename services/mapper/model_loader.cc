@@ -24,11 +24,10 @@ Result<DecodedModel> Decode(const Bytes& bytes) {
 
 }  // namespace
 
-void ModelLoader::Load(const std::string& step, const std::string& blob_id, int64_t seq,
-                       OnLoaded on_loaded) {
-  const auto on_decoded = [this, seq, on_loaded](const Result<DecodedModel>& model) {
+void ModelLoader::Load(const std::string& step, const std::string& blob_id, OnLoaded on_loaded) {
+  const auto on_decoded = [this, on_loaded](const Result<DecodedModel>& model) {
     if (!model.ok()) return on_loaded(model.status());
-    photos_.Load(model->photos, seq, [on_loaded, archive = model->archive](FetchedPhotos photos) {
+    photos_.Load(model->photos, [on_loaded, archive = model->archive](FetchedPhotos photos) {
       on_loaded(LoadedModel{archive, std::move(photos)});
     });
   };

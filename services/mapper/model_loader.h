@@ -18,9 +18,8 @@ struct LoadedModel {
   FetchedPhotos photos;
 };
 
-// Fetches a submap's model and then the photos it is of, with rests up to `seq` (photo_loader.h).
-// One trip to the worker: to decode the archive, which names the photos. Loop's thread only;
-// functions are not called once it is gone.
+// Fetches a submap's model and then the photos it is of. One trip to the worker: to decode the
+// archive, which names the photos. Loop's thread only; functions are not called once it is gone.
 class ModelLoader {
  public:
   using OnLoaded = std::function<void(Result<LoadedModel>)>;
@@ -28,7 +27,7 @@ class ModelLoader {
   ModelLoader(BlobClient& blobs, SubmapWorker& worker, PhotoLoader& photos)
       : blobs_(blobs), worker_(worker), photos_(photos) {}
 
-  void Load(const std::string& step, const std::string& blob_id, int64_t seq, OnLoaded on_loaded);
+  void Load(const std::string& step, const std::string& blob_id, OnLoaded on_loaded);
 
  private:
   BlobClient& blobs_;

@@ -26,9 +26,6 @@ class OfferedPhotos {
   void OnFact(const Fact& fact);
 
   void Offer(int64_t image_id);
-  // The photo has further pairs, by which another submap may be its home now. No effect on one that
-  // was not offered.
-  void Review(int64_t image_id);
 
   // Photos to try, each once.
   bool HasOurs() const { return !ours_.empty(); }
@@ -45,6 +42,7 @@ class OfferedPhotos {
   void NoteAllHeld();
   void NoteHeldBy(const SubmapLife& submap);
   void NoteHeld(int64_t image_id);
+  void Review(int64_t image_id);
   bool IsOurs(int64_t image_id) const;
 
   const SessionState& session_;

@@ -82,23 +82,6 @@ TEST_F(OfferedPhotosTest, MoreSupportMakesItsHomeOurs) {
   EXPECT_EQ(Ours(), Ids{kNew});
 }
 
-TEST_F(OfferedPhotosTest, FurtherPairsMakeItsHomeOurs) {
-  Register(kUs, 11);
-  MatchNew(50, 80);
-  photos_.Offer(kNew);
-  EXPECT_TRUE(Ours().empty());
-  matches_t rest{};
-  rest.image_id = kNew;
-  rest.part = matches_t::REST;
-  rest.pairs = {TestLedger::Pair(11, 60)};
-  rest.num_pairs = 1;
-  ledger_.Commit(rest);
-  photos_.Review(kNew);
-  EXPECT_EQ(Ours(), Ids{kNew});
-  photos_.Review(99);
-  EXPECT_TRUE(Ours().empty());
-}
-
 TEST_F(OfferedPhotosTest, TheEndOfItsHomeMakesItOurs) {
   MatchNew(50, 80);
   photos_.Offer(kNew);

@@ -149,8 +149,7 @@ bool SubmapRun::DoNext() {
       DoMerge(*cursor_.NextMerge());
       return true;
     }
-    const bool has_photos = offered_.HasOurs() || !to_try_again_.empty();
-    if (finish_.IsCut() || (!more_ && (!has_photos || finish_.IsFinal()))) return GoOn();
+    if (finish_.IsCut() || (!more_ && (!offered_.HasOurs() || finish_.IsFinal()))) return GoOn();
   }
   TryNext();
   return true;
@@ -203,34 +202,31 @@ void SubmapRun::Begin() {
 
 void SubmapRun::Seed(const seed_t& seed) {
   state_.Become(Life::kSeeding);
-  LoadPhotos({seed.image_id1, seed.image_id2}, seed.header.seq,
-             [this, seed](const FetchedPhotos& photos) {
-               RunJob(
-                   SeedStep(),
-                   [photos, seed](Submap& submap, Outcome* outcome) {
-                     outcome->status = AddToSubmap(photos, &submap);
-                     if (!outcome->status.ok()) return;
-                     outcome->status = StartFromSeed(seed, &submap, outcome->Sink());
-                     outcome->more = true;
-                   },
-                   [this, seq = seed.header.seq](const Outcome& outcome) {
-                     if (!outcome.status.ok())
-                       return Dissolve("initial pair: " + outcome.status.error());
-                     StartRunning(seq, seq);
-                     Apply(outcome);
-                   });
-             });
+  LoadPhotos({seed.image_id1, seed.image_id2}, [this, seed](const FetchedPhotos& photos) {
+    RunJob(
+        SeedStep(),
+        [photos, seed](Submap& submap, Outcome* outcome) {
+          outcome->status = AddToSubmap(photos, &submap);
+          if (!outcome->status.ok()) return;
+          outcome->status = StartFromSeed(seed, &submap, outcome->Sink());
+          outcome->more = true;
+        },
+        [this, seq = seed.header.seq](const Outcome& outcome) {
+          if (!outcome.status.ok()) return Dissolve("initial pair: " + outcome.status.error());
+          StartRunning(seq, seq);
+          Apply(outcome);
+        });
+  });
 }
 
 void SubmapRun::Restore(const submap_model_t& model) {
   state_.Become(Life::kRestoring);
   state_.Become(Activity::kLoading);
   LogInfo("submap {} goes on from seq {}", submap_id(), model.ledger_seq);
-  LoadModel(RestoreStep(), model.model_blob, model.ledger_seq,
-            [this, model](const Result<LoadedModel>& loaded) {
-              if (!loaded.ok()) return Fail(RestoreStep(), "checkpoint: " + loaded.error());
-              OnModel(*loaded, model);
-            });
+  LoadModel(RestoreStep(), model.model_blob, [this, model](const Result<LoadedModel>& loaded) {
+    if (!loaded.ok()) return Fail(RestoreStep(), "checkpoint: " + loaded.error());
+    OnModel(*loaded, model);
+  });
 }
 
 void SubmapRun::OnModel(const LoadedModel& loaded, const submap_model_t& model) {
@@ -308,36 +304,29 @@ void SubmapRun::LeaveOutPhotos() {
   Report(events);
 }
 
-void SubmapRun::LoadPhotos(const std::vector<int64_t>& image_ids, int64_t seq,
-                           PhotoLoader::OnLoaded on_loaded) {
+void SubmapRun::LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded) {
   state_.Become(Activity::kLoading);
-  photos_.Load(image_ids, seq, [this, on_loaded = std::move(on_loaded)](FetchedPhotos photos) {
+  photos_.Load(image_ids, [this, on_loaded = std::move(on_loaded)](FetchedPhotos photos) {
     if (!state_.Is(Life::kEnded)) on_loaded(std::move(photos));
   });
 }
 
-void SubmapRun::LoadModel(const std::string& step, const std::string& blob_id, int64_t seq,
+void SubmapRun::LoadModel(const std::string& step, const std::string& blob_id,
                           ModelLoader::OnLoaded on_loaded) {
-  models_.Load(step, blob_id, seq,
-               [this, on_loaded = std::move(on_loaded)](Result<LoadedModel> model) {
-                 if (!state_.Is(Life::kEnded)) on_loaded(std::move(model));
-               });
+  models_.Load(step, blob_id, [this, on_loaded = std::move(on_loaded)](Result<LoadedModel> model) {
+    if (!state_.Is(Life::kEnded)) on_loaded(std::move(model));
+  });
 }
 
-// One trip to the worker. Loaded photos and further pairs are added, and their photos queued.
-// Photos that the ledger refused leave the map. Then the queued photo that sees most points is
-// tried.
+// One trip to the worker. Loaded photos are added and queued. Photos that the ledger refused leave
+// the map. Then the queued photo that sees most points is tried.
 void SubmapRun::TryNext() {
   const std::vector<int64_t> ids = offered_.TakeOurs();
-  const std::vector<int64_t> again = std::exchange(to_try_again_, {});
-  std::vector<int64_t> all = ids;
-  all.insert(all.end(), again.begin(), again.end());
-  LoadPhotos(all, cursor_.seq(), [this, ids, again](const FetchedPhotos& photos) {
+  LoadPhotos(ids, [this, ids](const FetchedPhotos& photos) {
     RunJob(
         TrialsStep(),
-        [photos, ids, again, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
+        [photos, ids, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
           const Status added = AddToSubmap(photos, &submap);
-          for (const int64_t id : again) submap.Enqueue(id);
           for (const int64_t id : ids) {
             submap.Enqueue(id);
             if (!submap.map().HasPhoto(static_cast<ImageId>(id))) {
@@ -357,14 +346,7 @@ void SubmapRun::TryNext() {
 void SubmapRun::DoItem(const Item& item) {
   // A photo that came later tells so of a map that one weak pair began.
   if (IsOfOneSpot(ledger_.session, submap_id())) return Dissolve("its photos are of one spot");
-  switch (item.kind) {
-    case Item::Kind::kMatches:
-      return DoMatches(item.id);
-    case Item::Kind::kRest:
-      return DoRest(item.id);
-    default:
-      return finish_.Do(item);
-  }
+  item.kind == Item::Kind::kMatches ? DoMatches(item.id) : finish_.Do(item);
 }
 
 // A photo is the submap's business when it has a verified pair with a registered one.
@@ -375,21 +357,6 @@ void SubmapRun::DoMatches(int64_t image_id) {
     if (pair.seq > cursor_.seq() || !reports_.IsRegistered(pair.other_id)) continue;
     offered_.Offer(image_id);
     return;
-  }
-}
-
-// Further pairs of a photo, which is offered, or has its pairs added to those that it has here.
-// Photos that wait here and have a pair with it see more now: they are tried again.
-void SubmapRun::DoRest(int64_t image_id) {
-  DoMatches(image_id);
-  offered_.Review(image_id);
-  if (photos_.Has(image_id)) to_try_again_.push_back(image_id);
-  if (!reports_.IsRegistered(image_id)) return;
-  const int64_t rest_seq = ledger_.session.FindPhoto(image_id)->rest_seq;
-  for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
-    if (pair.seq != rest_seq || reports_.IsRegistered(pair.other_id)) continue;
-    offered_.Review(pair.other_id);
-    if (photos_.Has(pair.other_id)) to_try_again_.push_back(pair.other_id);
   }
 }
 
@@ -522,7 +489,7 @@ void SubmapRun::OfferNeighboursOf(const std::vector<PhotoEvent>& events) {
 void SubmapRun::OfferNeighboursOf(int64_t image_id) {
   for (const auto& pair : ledger_.session.covisibility().EdgesOf(image_id)) {
     const bool known =
-        pair.seq <= cursor_.seq() && ledger_.session.FindPhoto(pair.other_id)->is_matched();
+        pair.seq <= cursor_.seq() && ledger_.session.FindPhoto(pair.other_id)->through_matching();
     if (known && !reports_.IsRegistered(pair.other_id)) offered_.Offer(pair.other_id);
   }
 }

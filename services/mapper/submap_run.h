@@ -79,9 +79,7 @@ class SubmapRun {
   int64_t epoch() const { return lease_.epoch; }
   int num_images() const { return reports_.num_registered(); }
   bool IsRegistered(int64_t image_id) const { return reports_.IsRegistered(image_id); }
-  int backlog() const {
-    return cursor_.num_left() + offered_.num_ours() + static_cast<int>(to_try_again_.size());
-  }
+  int backlog() const { return cursor_.num_left() + offered_.num_ours(); }
 
   // The ledger has another fact.
   void OnFact(const Fact& fact);
@@ -126,10 +124,8 @@ class SubmapRun {
   void PublishStatus();
   // The final model is written next.
   void AskForFinal();
-  // With the rests of the photos' matches up to `seq`, as LoadModel.
-  void LoadPhotos(const std::vector<int64_t>& image_ids, int64_t seq,
-                  PhotoLoader::OnLoaded on_loaded);
-  void LoadModel(const std::string& step, const std::string& blob_id, int64_t seq,
+  void LoadPhotos(const std::vector<int64_t>& image_ids, PhotoLoader::OnLoaded on_loaded);
+  void LoadModel(const std::string& step, const std::string& blob_id,
                  ModelLoader::OnLoaded on_loaded);
   // Whether a step failed three times, and its last reason.
   bool IsLeftOut(const std::string& step) const;
@@ -164,7 +160,6 @@ class SubmapRun {
   void TryNext();
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
-  void DoRest(int64_t image_id);
   void DoMerge(int64_t merge_id);
   void Maintain();
   void MaintainSoon();
@@ -194,7 +189,6 @@ class SubmapRun {
   Submissions submissions_;
   PhotoReports reports_;
   OfferedPhotos offered_;
-  std::vector<int64_t> to_try_again_;  // loaded photos with further pairs
   PhotoLoader photos_;
   ModelLoader models_;
   ModelWriter writer_;

@@ -4,11 +4,9 @@
 // matches_t.
 
 #include <deque>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -32,10 +30,6 @@ namespace skein {
 // to computed_at_seq. The ledger grows with every pair, so pairs verified by other workers count at
 // once.
 //
-// If a photo waits here for its first pairs, the active one ends after its best candidates: the
-// rest is another item of work (ledger/work_items.h). A rest that is active stops between two pairs
-// until the photo is done. One rest is held beside the two items.
-//
 // A pair whose matching throws is left out. If all pairs of a photo threw, and there were at least
 // two, the photo fails: it is what these pairs share. Loop's thread only.
 class MatchingService {
@@ -49,13 +43,13 @@ class MatchingService {
   }
 
  private:
-  // An item of work, a photo or the rest of one, from work_t until its result is committed.
+  // An item of work, from work_t until its result is committed.
   struct Job {
     std::optional<SecondLook> look;  // once the candidates are known
     PhotoFeaturesPtr photo;
     PhotoMatches matches;                // so far
     std::optional<CoarseSearch> search;  // once the candidates that `look` takes are matched
-    Timer since_begun;                   // from when it is the active one, again after a stop
+    Timer since_begun;                   // from when it is the active one
     int num_thrown = 0;                  // pairs that threw
     std::string thrown;                  // by the latest
   };
@@ -76,14 +70,11 @@ class MatchingService {
 
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
-  void StartIfKnown(int64_t item);
-  void LoadPhoto(int64_t item);
-  void OnPhotoLoaded(int64_t item, const Result<PhotoFeaturesPtr>& features);
+  void StartIfKnown(int64_t image_id);
+  void LoadPhoto(int64_t image_id);
+  void OnPhotoLoaded(int64_t image_id, const Result<PhotoFeaturesPtr>& features);
   void StartNext();
   void TakePairs();
-  // Whether the active item is to make place for a photo that waits for its first pairs.
-  bool MustYield() const;
-  void Yield();
   void LoadOther(int64_t other_id);
   // The search for further photos, a group at a time.
   void LookAtSome();
@@ -98,27 +89,23 @@ class MatchingService {
                  const PhotoFeatures& other) const;
   void OnPairMatched(int64_t other_id, const Result<PairResult>& result);
   void NoteThrown(int64_t other_id, const std::string& reason, Job* job);
-  bool IsToBlame(int64_t item) const;
+  bool IsToBlame(int64_t image_id) const;
   void FailActive();
-  // `part`: matches_t's.
-  void Submit(int8_t part);
-  matches_t MakeFact(int64_t item, int8_t part, const std::vector<int64_t>& tried, int64_t seq,
-                     const PhotoFeatures& photo, PhotoMatches* matches) const;
-  void OnFactMade(int64_t item, Result<matches_t> fact);
-  void SubmitFact(int64_t item, matches_t fact);
-  void End(int64_t item);
+  void Submit();
+  matches_t MakeFact(int64_t image_id, int64_t seq, const PhotoFeatures& photo,
+                     PhotoMatches* matches) const;
+  void OnFactMade(int64_t image_id, Result<matches_t> fact);
+  void SubmitFact(int64_t image_id, matches_t fact);
   // By value: the reason may belong to the job that ends here.
-  void Fail(int64_t item, std::string reason, bool permanent);
-  void TellCapacity();
+  void Fail(int64_t image_id, std::string reason, bool permanent);
   void FillHeartbeat(heartbeat_t* heartbeat) const;
 
   Node& node_;
   const bool second_look_;
   SessionState session_;
   PhotoIndex index_{session_};
-  std::map<int64_t, Job> jobs_;  // by item
-  std::set<int64_t, std::greater<>>
-      waiting_;                    // jobs whose photo is loaded: the newest first, then rests
+  std::map<int64_t, Job> jobs_;
+  std::deque<int64_t> waiting_;    // jobs whose photo is loaded
   std::optional<int64_t> active_;  // the job that is matched
   std::deque<ReadyPair> ready_;
   int64_t num_done_ = 0;

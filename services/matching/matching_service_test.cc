@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "ledger/work_items.h"
 #include "matching/messages.h"
 #include "node/ledger_server.h"
 #include "testing/synthetic_features.h"
@@ -48,11 +47,8 @@ class Ingest {
             if (!visit(FactKind(fact), EncodeFact(fact))) return;
           }
         }) {
-    bus.Subscribe<work_request_t>(kWorkRequestChannel, [this](const work_request_t& request) {
-      current_ = request.held.empty() ? 0 : request.held.front();
-      capacity_ = request.capacity;
-      GiveWork(request);
-    });
+    bus.Subscribe<work_request_t>(kWorkRequestChannel,
+                                  [this](const work_request_t& request) { GiveWork(request); });
     bus.Subscribe<matches_t>(kSubmitMatchesChannel,
                              [this](const matches_t& matches) { OnMatches(matches); });
     bus.Subscribe<work_failed_t>(kWorkFailedChannel, [this](const work_failed_t& failed) {
@@ -93,13 +89,9 @@ class Ingest {
   }
 
   // Committed by another worker; other photo and number of inliers.
-  void AddMatches(int64_t image_id, const std::vector<std::pair<int64_t, int32_t>>& pairs,
-                  int8_t part = matches_t::ALL, const std::vector<int64_t>& in_vain = {}) {
+  void AddMatches(int64_t image_id, const std::vector<std::pair<int64_t, int32_t>>& pairs) {
     matches_t matches{};
     matches.image_id = image_id;
-    matches.part = part;
-    matches.in_vain = in_vain;
-    matches.num_in_vain = static_cast<int32_t>(in_vain.size());
     for (const auto& [other_id, num_inliers] : pairs) {
       two_view_t pair{};
       pair.other_id = other_id;
@@ -110,15 +102,12 @@ class Ingest {
     Commit(matches, "matches");
   }
 
-  void AddWork(int64_t item) { work_.insert(item); }
+  void AddWork(int64_t image_id) { work_.insert(image_id); }
   // What the photo's blobs hold instead, by its keypoints.
   using Damaged = std::function<Blobs(Keypoints)>;
   void Damage(int64_t image_id, const Damaged& damaged) { damaged_[image_id] = damaged; }
 
-  // By item.
   const std::map<int64_t, matches_t>& matches() const { return matches_; }
-  int64_t current() const { return current_; }  // the item at work
-  int capacity() const { return capacity_; }
   const std::map<int64_t, work_failed_t>& failures() const { return failures_; }
   Node& node() { return node_; }
 
@@ -152,14 +141,11 @@ class Ingest {
     reply.author = matches.header.author;
     reply.fact_id = matches.header.fact_id;
     reply.status = submit_reply_t::COMMITTED;
-    const bool is_rest = matches.part == matches_t::REST;
-    const int64_t item = is_rest ? RestItem(matches.image_id) : matches.image_id;
-    if (matches_.count(item) == 0) {
+    if (matches_.count(matches.image_id) == 0) {
       if (!matches.pairs_blob.empty() && !pairs_.count(matches.pairs_blob)) return Pull(matches);
-      work_.erase(item);
-      if (matches.part == matches_t::FIRST) work_.insert(RestItem(item));
+      work_.erase(matches.image_id);
+      matches_[matches.image_id] = matches;
       Commit(matches, "matches");
-      matches_[item] = std::get<matches_t>(ledger_.back());
     }
     reply.seq = 1;
     node_.Publish(kSubmitReplyChannel, reply);
@@ -175,9 +161,7 @@ class Ingest {
   Node node_;
   LedgerServer server_;
   std::vector<Fact> ledger_;
-  std::set<int64_t, std::greater<>> work_;
-  int64_t current_ = 0;
-  int capacity_ = 0;
+  std::set<int64_t> work_;
   std::map<int64_t, Damaged> damaged_;
   std::map<int64_t, matches_t> matches_;
   std::map<std::string, Bytes> pairs_;
@@ -209,18 +193,8 @@ class Matching : public testing::Test {
     ingest_.AddWork(6);
   }
 
-  bool RunUntilMatched(size_t num_items) {
-    return loop_.RunUntil([&] { return ingest_.matches().size() == num_items; }, kDeadlineS);
-  }
-
-  // Photos 1 .. `num` of one place.
-  std::vector<int64_t> AddPlace(int64_t num) {
-    std::vector<int64_t> ids;
-    for (int64_t id = 1; id <= num; ++id) {
-      ingest_.AddPhoto(*world_.Photo(id, 1.0 / static_cast<double>(id), 300));
-      ids.push_back(id);
-    }
-    return ids;
+  bool RunUntilMatched(size_t num_photos) {
+    return loop_.RunUntil([&] { return ingest_.matches().size() == num_photos; }, kDeadlineS);
   }
 
   PollLoop loop_;
@@ -267,94 +241,6 @@ TEST_F(Matching, APhotoFollowsAnotherWithTheSameCandidates) {
   for (const int64_t id : {5, 6}) ingest_.AddCandidates(id, {1, 2, 3});
   ASSERT_TRUE(RunUntilMatched(2));
   for (const int64_t id : {5, 6}) EXPECT_GE(ingest_.matches().at(id).num_pairs, 3) << id;
-}
-
-TEST_F(Matching, APhotoIsMatchedWithItsBestCandidatesWhileAnotherWaits) {
-  const std::vector<int64_t> place = AddPlace(18);
-  for (const int64_t id : {20, 21}) {
-    ingest_.AddPhoto(*world_.Photo(id, 0.5, 350));
-    ingest_.AddWork(id);
-  }
-  StartService();
-  EXPECT_FALSE(loop_.RunUntil([&] { return !ingest_.matches().empty(); }, 0.5)) << "holds both";
-  for (const int64_t id : {20, 21}) ingest_.AddCandidates(id, place);
-  ASSERT_TRUE(RunUntilMatched(3));
-  const int64_t before = ingest_.matches().count(RestItem(20)) > 0 ? 20 : 21;
-  const int64_t after = before == 20 ? 21 : 20;
-  const matches_t& first = ingest_.matches().at(before);
-  const matches_t& rest = ingest_.matches().at(RestItem(before));
-  EXPECT_EQ(first.part, int8_t{matches_t::FIRST});
-  EXPECT_EQ(rest.part, int8_t{matches_t::REST});
-  EXPECT_EQ(ingest_.matches().at(after).part, int8_t{matches_t::ALL});
-  EXPECT_LT(first.header.seq, ingest_.matches().at(after).header.seq);
-  EXPECT_LT(ingest_.matches().at(after).header.seq, rest.header.seq);
-  EXPECT_LT(first.num_tried, 12);
-  EXPECT_EQ(first.num_tried, first.num_pairs + first.num_in_vain);
-  std::set<int64_t> others;
-  for (const matches_t* part : {&first, &rest}) {
-    for (const two_view_t& pair : part->pairs) {
-      EXPECT_TRUE(others.insert(pair.other_id).second) << "a pair is matched once";
-    }
-  }
-  EXPECT_EQ(ingest_.PairsOf(RestItem(before)).size(), rest.pairs.size());
-}
-
-TEST_F(Matching, ARestTriesWhatTheFirstPartHasLeft) {
-  const std::vector<int64_t> place = AddPlace(4);
-  ingest_.AddPhoto(*world_.Photo(6, 1.1, 350));
-  ingest_.AddCandidates(6, place);
-  ingest_.AddMatches(6, {{1, 300}}, matches_t::FIRST, {2});
-  ingest_.AddWork(RestItem(6));
-  StartService();
-  ASSERT_TRUE(RunUntilMatched(1));
-  const matches_t& rest = ingest_.matches().at(RestItem(6));
-  EXPECT_EQ(rest.part, int8_t{matches_t::REST});
-  EXPECT_EQ(rest.num_tried, 2) << "3 and 4";
-  EXPECT_EQ(rest.num_in_vain, 0);
-}
-
-TEST_F(Matching, ARestWaitsForItsFirstPart) {
-  const std::vector<int64_t> place = AddPlace(2);
-  ingest_.AddPhoto(*world_.Photo(6, 1.1, 350));
-  ingest_.AddCandidates(6, place);
-  ingest_.AddWork(RestItem(6));
-  StartService();
-  ASSERT_TRUE(loop_.RunUntil([&] { return ingest_.current() == RestItem(6); }, kDeadlineS));
-  ASSERT_TRUE(loop_.RunUntil([&] { return ingest_.capacity() == 2; }, kDeadlineS))
-      << "it takes no photo's place";
-  EXPECT_TRUE(ingest_.matches().empty());
-  ingest_.AddMatches(6, {}, matches_t::FIRST, {2});
-  ASSERT_TRUE(RunUntilMatched(1));
-  EXPECT_EQ(ingest_.matches().at(RestItem(6)).num_tried, 1);
-}
-
-TEST_F(Matching, ARestThatIsDoneIsGivenBack) {
-  const std::vector<int64_t> place = AddPlace(2);
-  ingest_.AddPhoto(*world_.Photo(6, 1.1, 350));
-  ingest_.AddCandidates(6, place);
-  ingest_.AddMatches(6, {{1, 300}}, matches_t::FIRST, {2});
-  ingest_.AddMatches(6, {}, matches_t::REST);
-  ingest_.AddCandidates(1, {});
-  ingest_.AddWork(1);
-  StartService();
-  ASSERT_TRUE(RunUntilMatched(1)) << "the ledger is read";
-  ingest_.AddWork(RestItem(6));
-  EXPECT_FALSE(loop_.RunUntil([&] { return ingest_.matches().size() > 1; }, 0.5));
-  EXPECT_TRUE(ingest_.failures().empty());
-}
-
-TEST_F(Matching, ARestMakesPlaceForAPhoto) {
-  const std::vector<int64_t> place = AddPlace(40);
-  for (const int64_t id : {50, 51}) ingest_.AddPhoto(*world_.Photo(id, 0.5, 350));
-  ingest_.AddCandidates(50, place);
-  ingest_.AddMatches(50, {}, matches_t::FIRST, {40});
-  ingest_.AddWork(RestItem(50));
-  StartService();
-  ASSERT_TRUE(loop_.RunUntil([&] { return ingest_.current() == RestItem(50); }, kDeadlineS));
-  ingest_.AddWork(51);
-  ingest_.AddCandidates(51, {1, 2});
-  ASSERT_TRUE(RunUntilMatched(2));
-  EXPECT_LT(ingest_.matches().at(51).header.seq, ingest_.matches().at(RestItem(50)).header.seq);
 }
 
 TEST_F(Matching, WaitsForCandidatesThatTheLedgerBringsLater) {

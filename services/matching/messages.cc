@@ -1,6 +1,5 @@
 #include "matching/messages.h"
 
-#include <algorithm>
 #include <stdexcept>
 
 #include "ledger/fact_ids.h"
@@ -37,18 +36,6 @@ matches_t ToMessage(int64_t image_id, const PhotoMatches& matches, const std::st
   message.match_s = static_cast<float>(matches.match_s);
   message.verify_s = static_cast<float>(matches.verify_s);
   return message;
-}
-
-void SetPart(int8_t part, const std::vector<int64_t>& tried, matches_t* message) {
-  message->part = part;
-  if (part == matches_t::REST) message->header.fact_id = RestFactId(message->image_id);
-  if (part != matches_t::FIRST) return;
-  for (const int64_t id : tried) {
-    const bool has_pair = std::any_of(message->pairs.begin(), message->pairs.end(),
-                                      [id](const two_view_t& pair) { return pair.other_id == id; });
-    if (!has_pair) message->in_vain.push_back(id);
-  }
-  message->num_in_vain = static_cast<int32_t>(message->in_vain.size());
 }
 
 }  // namespace skein

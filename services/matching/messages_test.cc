@@ -44,20 +44,6 @@ TEST(MatchingMessages, RoundTrip) {
   EXPECT_EQ(got.pairs[1].forward_motion, 0.25f);
 }
 
-TEST(MatchingMessages, AFirstPartNamesWhatItTriedInVain) {
-  matches_t first = ToMessage(42, SomeMatches(2), "");
-  const int64_t with_pair = first.pairs[0].other_id;
-  SetPart(matches_t::FIRST, {with_pair, 77, 78}, &first);
-  EXPECT_EQ(first.header.fact_id, "matches/42");
-  EXPECT_EQ(first.in_vain, (std::vector<int64_t>{77, 78}));
-  EXPECT_EQ(first.num_in_vain, 2);
-  matches_t rest = ToMessage(42, SomeMatches(2), "");
-  SetPart(matches_t::REST, {with_pair, 77, 78}, &rest);
-  EXPECT_EQ(rest.header.fact_id, "matches/42/rest");
-  EXPECT_EQ(rest.part, int8_t{matches_t::REST});
-  EXPECT_TRUE(rest.in_vain.empty());
-}
-
 TEST(MatchingMessages, ThirtyPairsFitOneFrame) {
   matches_t message = ToMessage(123456, SomeMatches(30), std::string(64, 'a'));
   message.header.session_id = std::string(16, 's');

@@ -17,7 +17,7 @@ class PhotoMatches {
                          // of Conclude
   double match_s = 0;    // time in descriptor matching, summed over pairs
   double verify_s = 0;   // time in verification, summed over pairs
-  double elapsed_s = 0;  // while it was the active one, all threads at once
+  double elapsed_s = 0;  // from start to end, all threads at once
 
   // `result` is from the photo to the other: x_other^T F x_photo = 0, other_from_photo.
   void Add(int64_t other_id, const PairResult& result);

@@ -126,22 +126,6 @@ std::vector<int64_t> SecondLook::Best(size_t count) const {
   return best;
 }
 
-void SecondLook::Resume(const std::vector<std::pair<int64_t, int32_t>>& tried) {
-  for (const auto& [id, num_inliers] : tried) {
-    const auto [candidate, is_new] = candidates_.try_emplace(id);
-    if (is_new) order_.push_back(id);
-    candidate->second.taken = true;
-    num_joined_ += !candidate->second.named;
-    in_work_.push_back({id, num_inliers});
-  }
-  Settle();
-}
-
-bool SecondLook::Settle() {
-  while (!in_work_.empty() && in_work_.front().num_inliers) LearnFirstInWork();
-  return in_work_.empty();
-}
-
 std::optional<int64_t> SecondLook::Take() {
   while (true) {
     const auto best = in_work_.size() < kMaxInWork ? Best(1) : std::vector<int64_t>();

@@ -41,7 +41,6 @@
 #include <functional>
 #include <optional>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "covisibility/covisibility.h"
@@ -58,15 +57,9 @@ class SecondLook {
   // them may be matched. `may_join` is true of earlier photos only, so each pair is matched once.
   // Not `enabled`: all candidates, in their order.
   using MayJoin = std::function<bool(int64_t)>;
-  struct Outcome {
-    int64_t other_id = 0;
-    int32_t num_inliers = 0;  // 0: no verified pair
-  };
   SecondLook(const std::vector<int64_t>& candidates, const CovisibilityGraph& graph, int64_t seq,
              MayJoin may_join, bool enabled);
 
-  // Before the first Take: goes on where another part of the photo's matching has ended.
-  void Resume(const std::vector<std::pair<int64_t, int32_t>>& tried);
   // The next photo to match, which is in work from then on. nullopt: call Tell for a photo in work
   // first; if none is in work, the photo has enough pairs.
   std::optional<int64_t> Take();
@@ -81,17 +74,12 @@ class SecondLook {
   // The outcome of one in work, 0 inliers: not verified, or cannot be matched. Throws
   // std::invalid_argument if it is not in work.
   void Tell(int64_t other_id, int32_t num_inliers);
-  // Learns, without a further Take, from those in work up to the first that is not told. True if
-  // none is in work then.
-  bool Settle();
   // Reads the graph up to `seq` from now on, with pairs that other workers verified meanwhile. A
   // lower seq changes nothing.
   void Advance(int64_t seq);
 
   int64_t seq() const { return seq_; }
-  const std::vector<Outcome>& tried() const { return told_; }
   size_t num_tried() const { return told_.size(); }
-  size_t num_taken() const { return told_.size() + in_work_.size(); }
   size_t num_in_work() const { return in_work_.size(); }
 
  private:
@@ -107,6 +95,10 @@ class SecondLook {
     double not_implied = 1;  // product of 1 - the same
   };
 
+  struct Outcome {
+    int64_t other_id = 0;
+    int32_t num_inliers = 0;
+  };
   struct InWork {
     int64_t other_id = 0;
     std::optional<int32_t> num_inliers;  // once it is told

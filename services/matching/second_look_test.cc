@@ -74,47 +74,6 @@ TEST(SecondLook, WithNothingKnownItIsPlainMatchingInTheOrderOfRetrieval) {
   EXPECT_TRUE(Tried(SecondLook({}, nothing, kNow, IsEarlier, true), {}).empty());
 }
 
-TEST(SecondLook, APartTriesWhatTheOneBeforeHasLeft) {
-  CovisibilityGraph graph;
-  AddPlace(1, 12, 300, &graph);
-  AddPlace(101, 3, 300, &graph);
-  const std::vector<int64_t> candidates{1, 101, 2, 3, 500, 102};
-  const std::map<int64_t, int32_t> inliers{{1, 200}, {2, 150}, {3, 150}};
-  const auto at_once = Tried(SecondLook(candidates, graph, kNow, IsEarlier, true), inliers);
-  SecondLook first(candidates, graph, kNow, IsEarlier, true);
-  for (int i = 0; i < 3; ++i) {
-    const int64_t id = *first.Take();
-    const auto found = inliers.find(id);
-    first.Tell(id, found == inliers.end() ? 0 : found->second);
-  }
-  EXPECT_TRUE(first.Settle());
-  EXPECT_EQ(first.num_taken(), 3u);
-  std::vector<std::pair<int64_t, int32_t>> tried;
-  for (const auto& outcome : first.tried()) {
-    tried.emplace_back(outcome.other_id, outcome.num_inliers);
-  }
-  SecondLook rest(candidates, graph, kNow, IsEarlier, true);
-  rest.Resume(tried);
-  std::vector<int64_t> both;
-  for (const auto& [id, unused] : tried) both.push_back(id);
-  for (const int64_t id : Work(&rest, inliers)) {
-    EXPECT_FALSE(Has(both, id)) << id;
-    both.push_back(id);
-  }
-  for (const int64_t id : at_once) EXPECT_TRUE(Has(both, id)) << id;
-}
-
-TEST(SecondLook, OneInWorkIsNotSettled) {
-  const CovisibilityGraph nothing;
-  SecondLook look({1, 2}, nothing, kNow, IsEarlier, true);
-  TakeAll(&look);
-  look.Tell(2, 0);
-  EXPECT_FALSE(look.Settle());
-  look.Tell(1, 0);
-  EXPECT_TRUE(look.Settle());
-  EXPECT_EQ(look.num_tried(), 2u);
-}
-
 TEST(SecondLook, SwitchedOffItTriesAllCandidatesAndNoOthers) {
   CovisibilityGraph graph;
   AddPlace(1, 40, 300, &graph);

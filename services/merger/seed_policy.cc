@@ -32,7 +32,7 @@ void ForEachOwnPair(const SessionState& session, int64_t image_id, const PhotoSt
                     Visit visit) {
   std::vector<const CovisibilityGraph::Edge*> own;
   for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(image_id)) {
-    if (photo.HasTold(edge)) own.push_back(&edge);
+    if (edge.seq == photo.matches_seq) own.push_back(&edge);
   }
   std::sort(own.begin(), own.end(),
             [](const auto* a, const auto* b) { return a->other_id < b->other_id; });
@@ -59,7 +59,7 @@ SeedPolicy::Components SeedPolicy::FindComponents(const SessionState& session) {
     if (photo.matches_seq == 0) continue;
     sets.Find(image_id);
     for (const CovisibilityGraph::Edge& edge : session.covisibility().EdgesOf(image_id)) {
-      if (photo.HasTold(edge)) sets.Join(image_id, edge.other_id);
+      if (edge.seq == photo.matches_seq) sets.Join(image_id, edge.other_id);
     }
   }
   return sets.Representatives();
@@ -68,7 +68,7 @@ SeedPolicy::Components SeedPolicy::FindComponents(const SessionState& session) {
 bool SeedPolicy::MayStillBeReached(const PhotoState& photo, int64_t component,
                                    const Components& components, const SubmapDirectory& directory) {
   for (const LiveSubmap& submap : directory.Live()) {
-    if (submap.ledger_seq >= std::max(photo.matches_seq, photo.rest_seq)) continue;
+    if (submap.ledger_seq >= photo.matches_seq) continue;
     const auto touches = [&](int64_t id) {
       const auto it = components.find(id);
       return it != components.end() && it->second == component;

@@ -53,21 +53,6 @@ TEST_F(SeedPolicyTest, TakesTheBestPairByInliersTimesAngle) {
   EXPECT_EQ(choice->image_id2, 1);
 }
 
-TEST_F(SeedPolicyTest, ThePairsOfASecondPartCount) {
-  ledger_.Matches(1, {});
-  matches_t matches{};
-  matches.image_id = 2;
-  matches.part = matches_t::FIRST;
-  ledger_.Photo(2);
-  ledger_.Commit(matches);
-  EXPECT_FALSE(Streaming());
-  matches.part = matches_t::REST;
-  matches.pairs = {Pair(1, 300, 20)};
-  matches.num_pairs = 1;
-  ledger_.Commit(matches);
-  EXPECT_TRUE(Streaming());
-}
-
 TEST_F(SeedPolicyTest, PhotosOfOneSpotAreNoSeedWhateverAWeakPairSays) {
   two_view_t turned = Pair(1, 600, 0);
   turned.geometry = CovisibilityGraph::Edge::kPanoramic;

@@ -71,7 +71,7 @@ const folds = {
       id: e.image, agent: e.agent ?? '', name, camera: e.camera, width: e.width, height: e.height,
       orientation: e.orientation ?? 1, bytes: e.bytes, focal: e.focal, captured: e.captured ?? 0,
       received: e.received || e.t, gps: e.gps ?? null,
-      stored: e.t, described: 0, matched: 0, restDue: false, firstPlaced: 0,
+      stored: e.t, described: 0, matched: 0, firstPlaced: 0,
       keypoints: null, numCandidates: null, numPairs: 0, describeS: null, matchS: null, placeS: null, failed: null,
     });
     let agent = state.agents.get(e.agent ?? '');
@@ -100,11 +100,9 @@ const folds = {
     for (const [other, inliers] of e.pairs ?? []) addEdge(state, e.image, other, inliers);
     const photo = state.photos.get(e.image);
     if (!photo) return;
-    const before = e.part === 'rest' ? photo : { matched: e.t, matchS: null, numPairs: 0 };
-    photo.restDue = e.part === 'first';
-    photo.matched = before.matched;
-    photo.matchS = before.matchS === null ? e.s ?? null : before.matchS + (e.s ?? 0);
-    photo.numPairs = before.numPairs + (e.pairs ?? []).length;
+    photo.matched = e.t;
+    photo.matchS = e.s ?? null;
+    photo.numPairs = (e.pairs ?? []).length;
   },
   registration(state, e) {
     const submap = submapOf(state, e.submap);
@@ -166,9 +164,7 @@ const folds = {
       return;
     }
     const photo = state.photos.get(e.image);
-    if (!photo || e.parked === false) return;
-    if (e.stage === 'rest') photo.restDue = false; // its first pairs stand
-    else photo.failed = { stage: e.stage ?? '', cause: e.cause ?? 'failed', reason: e.reason ?? '', t: e.t };
+    if (photo && e.parked !== false) photo.failed = { stage: e.stage ?? '', cause: e.cause ?? 'failed', reason: e.reason ?? '', t: e.t };
   },
   finish(state, e) {
     if (e.state === 'deadline' || e.state === 'cut') {
@@ -245,7 +241,7 @@ export function standingOf(state, photo, diagnoses = kNoDiagnoses) {
   if (told) return { ...refusalOf(state, photo.id), ...told, standing: told.cause === 'failed' ? 'failed' : 'unplaced' };
   if (!photo.described) return { standing: 'waiting', reason: 'waits for its features' };
   if (photo.keypoints === 0) return { standing: 'unplaced', cause: 'few details', reason: '', keypoints: 0 };
-  if (!photo.matched || photo.restDue) return { standing: 'waiting', reason: 'waits for its matches' };
+  if (!photo.matched) return { standing: 'waiting', reason: 'waits for its matches' };
   const refusal = refusalOf(state, photo.id);
   if (refusal) return { standing: 'unplaced', cause: refusal.trial.cause, reason: refusal.trial.reason, ...refusal };
   if (!state.edges.get(photo.id)?.size) {

@@ -35,25 +35,6 @@ test('Without keypoints, without overlap and refused photos are not placed, each
   assert.equal(summarize(state).counts.unplaced, 3);
 });
 
-test('A photo that was matched in two parts waits for the rest, which adds to its pairs', () => {
-  const first = { kind: 'matched', image: 1, pairs: [[2, 50]], s: 1, part: 'first' };
-  const before = [photo(1), { kind: 'described', image: 1, keypoints: 9 }, first];
-  const waiting = foldAll(session(...before)).photos.get(1);
-  assert.deepEqual([waiting.restDue, waiting.numPairs], [true, 1]);
-  const state = foldAll(session(...before, { kind: 'matched', image: 1, pairs: [[3, 20], [4, 20]], s: 2, part: 'rest' }));
-  const whole = state.photos.get(1);
-  assert.deepEqual([whole.restDue, whole.matched, whole.numPairs, whole.matchS], [false, waiting.matched, 3, 3]);
-  const alone = foldAll(session(photo(1), { kind: 'described', image: 1, keypoints: 9 }, { ...first, pairs: [] }));
-  assert.equal(standingOf(alone, alone.photos.get(1)).reason, 'waits for its matches');
-});
-
-test('A rest that failed leaves the photo with its first pairs', () => {
-  const state = foldAll(session(photo(1), { kind: 'described', image: 1, keypoints: 9 },
-    { kind: 'matched', image: 1, pairs: [[2, 50]], part: 'first' }, { kind: 'failure', image: 1, stage: 'rest', parked: true }));
-  assert.equal(state.photos.get(1).failed, null);
-  assert.equal(standingOf(state, state.photos.get(1)).reason, 'waits for its place');
-});
-
 test('The first photo waits for others: nothing was there to compare it with, as diagnosis.cc has it', () => {
   const before = (image, count) => [photo(image), { kind: 'described', image, keypoints: 9 }, { kind: 'candidates', image, count }, { kind: 'matched', image, pairs: [] }];
   const state = foldAll(session(...before(1, 0), ...before(2, 1)));

@@ -49,7 +49,6 @@ std::string VanishedAgentPrefix() { return "vanished/"; }
 std::string FeaturesFactId(int64_t image_id) { return Join("features", image_id); }
 std::string CandidatesFactId(int64_t image_id) { return Join("candidates", image_id); }
 std::string MatchesFactId(int64_t image_id) { return Join("matches", image_id); }
-std::string RestFactId(int64_t image_id) { return Join("matches", image_id, "rest"); }
 
 std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoch, int64_t n) {
   return Join("registration", image_id, submap_id, epoch, n);

@@ -21,8 +21,7 @@ std::string VanishedAgentPrefix();  // "vanished/"
 
 std::string FeaturesFactId(int64_t image_id);    // "features/IMAGE"
 std::string CandidatesFactId(int64_t image_id);  // "candidates/IMAGE"
-std::string MatchesFactId(int64_t image_id);     // "matches/IMAGE": all, or the first part
-std::string RestFactId(int64_t image_id);        // "matches/IMAGE/rest"
+std::string MatchesFactId(int64_t image_id);     // "matches/IMAGE"
 // "registration/IMAGE/SUBMAP/EPOCH/N", n counting the photo's facts from the ledger's head where
 // the mapper began: a mapper that was restarted within an epoch takes no id of its predecessor.
 std::string RegistrationFactId(int64_t image_id, int64_t submap_id, int64_t epoch, int64_t n);

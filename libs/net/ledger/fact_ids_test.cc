@@ -13,7 +13,6 @@ TEST(FactIds, NameWhatMustBeInTheLedgerOnce) {
   EXPECT_EQ(FeaturesFactId(7), "features/7");
   EXPECT_EQ(CandidatesFactId(7), "candidates/7");
   EXPECT_EQ(MatchesFactId(42), "matches/42");
-  EXPECT_EQ(RestFactId(42), "matches/42/rest");
   EXPECT_EQ(RegistrationFactId(42, 3, 5, 2), "registration/42/3/5/2");
   EXPECT_EQ(SubmapLeaseFactId(3, 5), "submap/3/5/lease");
   EXPECT_EQ(SubmapModelFactId(3, 5, 2), "submap/3/5/model/2");

@@ -6,7 +6,6 @@
 
 #include "core/process.h"
 #include "event_loop/exit_signal.h"
-#include "ledger/work_items.h"
 
 namespace skein {
 namespace {
@@ -92,7 +91,8 @@ void WorkClient::Tell(work_failed_t message) {
 }
 
 void WorkClient::OnFailure(const failure_t& failure) {
-  if (KindOfStage(failure.stage) == kind_) failed_.erase(ItemOfFailure(failure));
+  const bool is_of_submap = failure.submap_id != 0;
+  if (failure.stage == kind_) failed_.erase(is_of_submap ? failure.submap_id : failure.image_id);
 }
 
 void WorkClient::SetCurrent(int64_t item_id) {

@@ -96,23 +96,6 @@ TEST_F(WorkClientTest, RepeatsAFailureUntilItIsInTheLedger) {
   EXPECT_FALSE(loop_.RunUntil([&] { return failures_.size() > told + 1; }, 0.1));
 }
 
-TEST_F(WorkClientTest, TheFailureOfARestIsToldUntilTheLedgerHasIt) {
-  WorkClient matching(node_, "matching", 1, [](const work_t&) {});
-  HandOut(-9, 0, "worker", "matching");
-  ASSERT_TRUE(WaitFor([&] { return matching.holds(-9); }));
-  matching.Fail(-9, "no features", false);
-  ASSERT_TRUE(WaitFor([&] { return !failures_.empty(); }));
-  EXPECT_EQ(failures_[0].item_id, -9);
-  failure_t fact{};
-  fact.image_id = 9;
-  fact.stage = "rest";
-  fact.header.session_id = node_.session_id();
-  node_.NoteCommitted(fact);
-  const size_t told = failures_.size();
-  skipped_s_ += 1.2;
-  EXPECT_FALSE(loop_.RunUntil([&] { return failures_.size() > told + 1; }, 0.1));
-}
-
 TEST_F(WorkClientTest, CapacityMayChange) {
   client_.SetCapacity(0);
   HandOut(1);

@@ -46,7 +46,7 @@ std::optional<Diagnosis> InWork(const PhotoState& photo) {
   if (photo.features_seq == 0) return Waiting("waits for its features");
   if (photo.features.num_keypoints == 0) return std::nullopt;  // it is compared with nothing
   if (photo.candidates_seq == 0) return Waiting("waits for its candidates");
-  if (!photo.through_matching()) return Waiting("waits for its matches");
+  if (photo.matches_seq == 0) return Waiting("waits for its matches");
   return std::nullopt;
 }
 
@@ -113,8 +113,7 @@ std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t imag
 // Of a photo that no map has tried and no finish has seen: its turn comes without anybody's doing.
 std::optional<Diagnosis> BeforeItsTurn(const SessionState& state, const PhotoState& photo,
                                        int num_inliers, bool is_linked) {
-  const int64_t matched_seq = std::max(photo.matches_seq, photo.rest_seq);
-  if (matched_seq <= state.finish().settled_seq) return std::nullopt;
+  if (photo.matches_seq <= state.finish().settled_seq) return std::nullopt;
   if (is_linked) return Waiting("waits for its map to try it");
   if (num_inliers >= limits::kMinSeedInliers) return Waiting("waits for a map to begin with it");
   return std::nullopt;

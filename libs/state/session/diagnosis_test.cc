@@ -57,15 +57,6 @@ TEST_F(DiagnosisTest, APhotoInWorkWaits) {
   EXPECT_EQ(Get().what, "waits for its matches");
 }
 
-TEST_F(DiagnosisTest, APhotoWaitsForTheRestOfItsMatches) {
-  ledger_.Describe(2, 1);
-  matches_t first{};
-  first.image_id = 2;
-  first.part = matches_t::FIRST;
-  ledger_.Commit(first);
-  EXPECT_EQ(Get().what, "waits for its matches");
-}
-
 TEST_F(DiagnosisTest, TheFirstPhotoWaitsForOthers) {
   ledger_.Describe(2, 0);
   ledger_.Matches(2, {});

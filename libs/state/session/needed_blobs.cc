@@ -9,7 +9,6 @@ void AddPhoto(const PhotoState& photo, std::set<std::string>* blobs) {
   blobs->insert(photo.features.descriptors_blob);
   blobs->insert(photo.features.global_blob);
   blobs->insert(photo.pairs_blob);
-  blobs->insert(photo.rest_blob);
 }
 
 // A target that is restored from a model older than the merge carries the merge out again. A source

@@ -52,11 +52,7 @@ TEST_F(NeededBlobsTest, ArePhotosFeaturesAndMatches) {
   matches.image_id = 1;
   matches.pairs_blob = "pairs";
   ledger_.Commit(matches);
-  matches.part = matches_t::REST;
-  matches.pairs_blob = "further pairs";
-  ledger_.Commit(matches);
-  EXPECT_EQ(Needed(),
-            (Set{"photo", "keypoints", "descriptors", "global", "pairs", "further pairs"}));
+  EXPECT_EQ(Needed(), (Set{"photo", "keypoints", "descriptors", "global", "pairs"}));
 }
 
 TEST_F(NeededBlobsTest, AreTheNewestModelsOfLiveSubmaps) {

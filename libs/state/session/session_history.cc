@@ -115,11 +115,10 @@ void SessionHistory::CountHits(const matches_t& fact) {
   const auto found = unmatched_candidates_.find(fact.image_id);
   if (found == unmatched_candidates_.end()) return;
   const std::vector<int64_t>& candidates = found->second;
+  retrieval_.candidates += static_cast<int64_t>(candidates.size());
   for (const two_view_t& pair : fact.pairs) {
     retrieval_.hits += std::count(candidates.begin(), candidates.end(), pair.other_id);
   }
-  if (fact.part == matches_t::FIRST) return;
-  retrieval_.candidates += static_cast<int64_t>(candidates.size());
   unmatched_candidates_.erase(found);
 }
 

@@ -5,21 +5,8 @@
 #include <stdexcept>
 
 #include "core/finite.h"
-#include "ledger/work_items.h"
 
 namespace skein {
-namespace {
-
-// Empty but for a first part.
-std::vector<std::pair<int64_t, int32_t>> TriedIn(const matches_t& fact) {
-  std::vector<std::pair<int64_t, int32_t>> tried;
-  if (fact.part != matches_t::FIRST) return tried;
-  for (const two_view_t& pair : fact.pairs) tried.emplace_back(pair.other_id, pair.num_inliers);
-  for (const int64_t id : fact.in_vain) tried.emplace_back(id, 0);
-  return tried;
-}
-
-}  // namespace
 
 std::string MergedReason(int64_t target_id) {
   return "merged into map " + std::to_string(target_id);
@@ -153,13 +140,6 @@ void SessionState::ApplyFact(const candidates_t& fact) {
 
 void SessionState::ApplyFact(const matches_t& fact) {
   ChangePhoto(fact.image_id, [&](PhotoState* photo) {
-    photo->rest_due = fact.part == matches_t::FIRST;
-    photo->tried = TriedIn(fact);
-    if (fact.part == matches_t::REST) {
-      photo->rest_seq = fact.header.seq;
-      photo->rest_blob = fact.pairs_blob;
-      return;
-    }
     if (photo->matches_seq == 0) photo->matches_order = ++num_matched_;
     photo->matches_seq = fact.header.seq;
     photo->pairs_blob = fact.pairs_blob;
@@ -245,11 +225,6 @@ void SessionState::ApplyFact(const failure_t& fact) {
   }
   if (fact.image_id == 0 || !fact.parked) return;
   ChangePhoto(fact.image_id, [&](PhotoState* photo) {
-    // The pairs of the first part stand.
-    if (fact.stage == kRestStage) {
-      photo->rest_due = false;
-      return;
-    }
     photo->failed_stage = fact.stage;
     photo->failed_reason = fact.reason;
   });

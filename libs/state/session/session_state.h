@@ -23,28 +23,15 @@ struct PhotoState {
   features_t features;         // once features_seq > 0
   candidates_t candidates;     // once candidates_seq > 0
   std::string pairs_blob;      // of its matches; "" if it has none. The pairs: covisibility()
-  std::string rest_blob;       // the same, of the rest of its matches
   int64_t features_seq = 0;    // 0: not yet
   int64_t candidates_seq = 0;  // 0: not yet
-  int64_t matches_seq = 0;     // of all its matches, or the first part; 0: not yet
-  int64_t rest_seq = 0;        // of the rest; 0: not yet, or there is none
-  bool rest_due = false;       // the rest is still to be matched
+  int64_t matches_seq = 0;     // 0: not yet
   int64_t matches_order = 0;   // from 1, among the photos with matches; 0: not yet
   std::string failed_stage;    // parked at this stage, "" if not
   std::string failed_reason;
 
   bool failed() const { return !failed_stage.empty(); }
-  // Matched with its best candidates at least, or failed: a map may try it.
-  bool is_matched() const { return matches_seq > 0 || failed(); }
-  // Nothing of it is in work any more before the mapper.
-  bool through_matching() const { return is_matched() && (!rest_due || failed()); }
-  // Whether a fact of the photo's own matches told of the pair.
-  bool HasTold(const CovisibilityGraph::Edge& pair) const {
-    return pair.seq == matches_seq || (rest_seq > 0 && pair.seq == rest_seq);
-  }
-
-  // While the rest is due: photos that the first part has tried, and their inliers; 0: no pair.
-  std::vector<std::pair<int64_t, int32_t>> tried;
+  bool through_matching() const { return matches_seq > 0 || failed(); }
 };
 
 // Texture of the photo, by field of a grid; nullopt if not known yet.

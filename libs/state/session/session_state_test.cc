@@ -19,18 +19,6 @@ class SessionStateTest : public testing::Test {
     for (const int64_t other : others) pairs.push_back(TestLedger::Pair(other));
     return ledger_.Matches(image_id, pairs);
   }
-  // Of photo 5's matches, with one pair; 4 was tried in vain.
-  static matches_t Part(int8_t part, int64_t other_id, int num_inliers, const std::string& blob) {
-    matches_t matches{};
-    matches.image_id = 5;
-    matches.part = part;
-    matches.pairs = {TestLedger::Pair(other_id, num_inliers)};
-    matches.num_pairs = 1;
-    matches.pairs_blob = blob;
-    if (part == matches_t::FIRST) matches.in_vain = {4};
-    matches.num_in_vain = static_cast<int32_t>(matches.in_vain.size());
-    return matches;
-  }
   Edges NeighboursOf(int64_t image_id) const {
     Edges edges;
     for (const auto& edge : state().covisibility().EdgesOf(image_id)) {
@@ -100,42 +88,6 @@ TEST_F(SessionStateTest, APairMakesBothPhotosNeighboursFromThenOn) {
   EXPECT_EQ(NeighboursOf(1), (Edges{{2, second}, {3, third}}));
   EXPECT_EQ(NeighboursOf(2), (Edges{{1, second}, {3, third}}));
   EXPECT_EQ(NeighboursOf(3), (Edges{{1, third}, {2, third}}));
-}
-
-TEST_F(SessionStateTest, APhotoWhoseRestIsDueIsMatchedAndStillInWork) {
-  ledger_.Photo(5);
-  const int64_t first = ledger_.Commit(Part(matches_t::FIRST, 3, 80, "some"));
-  const PhotoState& photo = *state().FindPhoto(5);
-  EXPECT_TRUE(photo.is_matched());
-  EXPECT_FALSE(photo.through_matching());
-  EXPECT_EQ(state().num_in_flight(), 1);
-  EXPECT_EQ(state().num_matched(), 1);
-  EXPECT_EQ(photo.tried, (std::vector<std::pair<int64_t, int32_t>>{{3, 80}, {4, 0}}));
-  const int64_t rest = ledger_.Commit(Part(matches_t::REST, 2, 70, "others"));
-  EXPECT_TRUE(photo.through_matching());
-  EXPECT_EQ(state().num_in_flight(), 0);
-  EXPECT_EQ(state().num_matched(), 1);
-  EXPECT_TRUE(photo.tried.empty());
-  EXPECT_EQ(photo.matches_seq, first);
-  EXPECT_EQ(photo.rest_seq, rest);
-  EXPECT_EQ(photo.pairs_blob, "some");
-  EXPECT_EQ(photo.rest_blob, "others");
-  EXPECT_EQ(NeighboursOf(5), (Edges{{2, rest}, {3, first}}));
-  for (const auto& pair : state().covisibility().EdgesOf(5)) EXPECT_TRUE(photo.HasTold(pair));
-}
-
-TEST_F(SessionStateTest, ARestThatFailsLeavesThePhotoWithItsFirstPart) {
-  ledger_.Photo(5);
-  ledger_.Commit(Part(matches_t::FIRST, 3, 80, "some"));
-  failure_t failure{};
-  failure.image_id = 5;
-  failure.stage = "rest";
-  ledger_.Commit(failure);
-  EXPECT_EQ(state().num_in_flight(), 1) << "it is tried again";
-  failure.parked = true;
-  ledger_.Commit(failure);
-  EXPECT_EQ(state().num_in_flight(), 0);
-  EXPECT_FALSE(state().FindPhoto(5)->failed());
 }
 
 TEST_F(SessionStateTest, APairFoundFromBothSidesIsKnownSinceTheFirst) {

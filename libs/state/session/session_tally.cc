@@ -1,7 +1,6 @@
 #include "session/session_tally.h"
 
 #include <algorithm>
-#include <utility>
 
 namespace skein {
 
@@ -11,9 +10,8 @@ PhotoPhase PhaseOf(const SessionState& state, int64_t image_id, const PhotoState
   if (photo.features_seq == 0) return PhotoPhase::kFeatures;
   if (photo.candidates_seq == 0) return PhotoPhase::kRetrieval;
   if (photo.matches_seq == 0) return PhotoPhase::kMatching;
-  const bool has_pairs = !photo.pairs_blob.empty() || !photo.rest_blob.empty();
-  if (has_pairs && state.FindTrial(image_id) == nullptr) return PhotoPhase::kMapper;
-  return photo.rest_due ? PhotoPhase::kMatching : PhotoPhase::kUnplaced;
+  const bool waits = !photo.pairs_blob.empty() && state.FindTrial(image_id) == nullptr;
+  return waits ? PhotoPhase::kMapper : PhotoPhase::kUnplaced;
 }
 
 void SessionTally::Apply(const Fact& fact, const SessionState& state) {
@@ -31,8 +29,6 @@ void SessionTally::Look(int64_t image_id, const SessionState& state) {
   const PhotoPhase phase = PhaseOf(state, image_id, *photo);
   const auto [entry, is_new] = photos_.try_emplace(image_id);
   Photo& known = entry->second;
-  const bool has_rest = photo->rest_due && !photo->failed() && phase != PhotoPhase::kMatching;
-  num_rests_ += has_rest - std::exchange(known.has_rest, has_rest);
   if (!is_new) {
     if (known.phase == phase) return;
     const auto before = static_cast<size_t>(known.phase);

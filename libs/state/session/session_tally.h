@@ -25,9 +25,9 @@ enum class PhotoPhase {
 };
 constexpr size_t kNumPhotoPhases = 7;
 
-// kRegistered: in a living submap. kFailed: parked at a stage. kMapper: matched with verified
-// pairs, and no living submap has tried the photo. kMatching: matched otherwise, and the rest is
-// due. kUnplaced: through matching otherwise. Costs the submaps.
+// kRegistered: in a living submap. kFailed: parked at a stage. kMapper: through matching with
+// verified pairs, and no living submap has tried the photo. kUnplaced: through matching otherwise.
+// Costs the submaps.
 PhotoPhase PhaseOf(const SessionState& state, int64_t image_id, const PhotoState& photo);
 
 // Upper bounds of the latency's buckets in seconds; one bucket more has the rest.
@@ -49,8 +49,6 @@ class SessionTally {
   void Apply(const Fact& fact, const SessionState& state);
 
   int64_t NumIn(PhotoPhase phase) const { return counts_[static_cast<size_t>(phase)]; }
-  // Photos in a later phase than kMatching the rest of whose matches is due.
-  int64_t num_rests() const { return num_rests_; }
   // Commit of the fact that brought the photo into the phase which has been there longest; nullopt
   // if the phase has no photo. Only for phases up to kMapper.
   std::optional<int64_t> OldestUtimeUs(PhotoPhase phase) const;
@@ -60,7 +58,6 @@ class SessionTally {
  private:
   struct Photo {
     PhotoPhase phase = PhotoPhase::kFeatures;
-    bool has_rest = false;  // see num_rests
     int64_t since_utime_us = 0;
     bool was_registered = false;
   };
@@ -81,7 +78,6 @@ class SessionTally {
 
   std::unordered_map<int64_t, Photo> photos_;
   std::array<int64_t, kNumPhotoPhases> counts_{};
-  int64_t num_rests_ = 0;
   // Utime and photo, of the phases up to kMapper.
   std::array<std::set<std::pair<int64_t, int64_t>>, 4> waiting_;
   int64_t photo_bytes_ = 0;

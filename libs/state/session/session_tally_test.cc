@@ -129,34 +129,6 @@ TEST_F(TallyTest, APhotoWaitsForOneStageAfterTheOther) {
   EXPECT_EQ(tally_.photo_bytes(), 1000);
 }
 
-TEST_F(TallyTest, APhotoWhoseRestIsDueWaitsForMatchingUnlessAMapperCanTryIt) {
-  const auto match = [this](int64_t id, int8_t part, const std::string& blob) {
-    matches_t matches{};
-    matches.image_id = id;
-    matches.part = part;
-    matches.pairs_blob = blob;
-    Commit(matches);
-  };
-  Photo(1);
-  Features(1);
-  Candidates(1);
-  match(1, matches_t::FIRST, "");
-  EXPECT_EQ(tally_.NumIn(PhotoPhase::kMatching), 1);
-  EXPECT_EQ(tally_.num_rests(), 0) << "it is counted there";
-  match(1, matches_t::REST, "");
-  EXPECT_EQ(tally_.NumIn(PhotoPhase::kUnplaced), 1);
-  Photo(2);
-  Features(2);
-  Candidates(2);
-  match(2, matches_t::FIRST, "blob");
-  EXPECT_EQ(tally_.NumIn(PhotoPhase::kMapper), 1);
-  Register(1, 2);
-  EXPECT_EQ(tally_.num_rests(), 1);
-  EXPECT_EQ(BacklogOf(session_.state).matching, 1);
-  match(2, matches_t::REST, "");
-  EXPECT_EQ(tally_.num_rests(), 0);
-}
-
 TEST_F(TallyTest, APhotoWithoutPairsWaitsForNoMapper) {
   Photo(1);
   Features(1);

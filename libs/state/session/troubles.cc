@@ -73,7 +73,7 @@ StageBacklog BacklogOf(const SessionState& state) {
     if (photo.failed()) continue;
     backlog.features += photo.features_seq == 0 ? 1 : 0;
     backlog.retrieval += photo.features_seq > 0 && photo.candidates_seq == 0 ? 1 : 0;
-    backlog.matching += photo.candidates_seq > 0 && !photo.through_matching() ? 1 : 0;
+    backlog.matching += photo.candidates_seq > 0 && photo.matches_seq == 0 ? 1 : 0;
   }
   return backlog;
 }

@@ -93,8 +93,6 @@ struct EventMaker {
     json event = Begin(fact.header, "matched");
     json pairs = json::array();
     for (const two_view_t& pair : fact.pairs) pairs.push_back({pair.other_id, pair.num_inliers});
-    if (fact.part == matches_t::FIRST) event["part"] = "first";
-    if (fact.part == matches_t::REST) event["part"] = "rest";
     event.update({{"image", fact.image_id},
                   {"pairs", std::move(pairs)},
                   {"s", Figure(fact.match_s + fact.verify_s)}});

@@ -97,11 +97,6 @@ TEST(Events, MatchesTellTheirVerifiedPairs) {
   const json event = EventOfFact(matches);
   EXPECT_EQ(event["pairs"], (json{{1, 100}, {4, 30}}));
   EXPECT_EQ(event["s"], 0.75);
-  EXPECT_FALSE(event.contains("part"));
-  matches.part = matches_t::FIRST;
-  EXPECT_EQ(EventOfFact(matches)["part"], "first");
-  matches.part = matches_t::REST;
-  EXPECT_EQ(EventOfFact(matches)["part"], "rest");
 }
 
 TEST(Events, APoseIsToldOfRegisteredPhotosAlone) {

@@ -53,8 +53,7 @@ void AddBacklog(const MetricsInput& input, PrometheusText* text) {
   text->Begin("skein_stage_backlog", kGauge,
               "Photos that wait for a stage or are worked on there.");
   for (const auto& [stage, phase] : kWaitedStages) {
-    const int64_t num_rests = phase == PhotoPhase::kMatching ? input.tally.num_rests() : 0;
-    text->Add(Count(input.tally.NumIn(phase) + num_rests), {{"stage", stage}});
+    text->Add(Count(input.tally.NumIn(phase)), {{"stage", stage}});
   }
   text->Begin("skein_stage_oldest_age_seconds", kGauge,
               "For how long the oldest photo of the stage's backlog has been there; 0: none is.");

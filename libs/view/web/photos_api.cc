@@ -137,9 +137,7 @@ void PhotosApi::GetMatch(int64_t image_id, int64_t other_id, Respond respond) {
       blobs.matched |= edge.other_id == other_id;
     }
     for (const PhotoState* side : {photo, other}) {
-      for (const std::string* blob : {&side->pairs_blob, &side->rest_blob}) {
-        if (!blob->empty()) blobs.pair_blobs.push_back(*blob);
-      }
+      if (!side->pairs_blob.empty()) blobs.pair_blobs.push_back(side->pairs_blob);
     }
     blobs.keypoints = photo->features.keypoints_blob;
     blobs.other_keypoints = other->features.keypoints_blob;

@@ -77,12 +77,9 @@ class SessionApiTest : public ::testing::Test {
     features.image_id = id;
     features.keypoints_blob = Keep(EncodeKeypoints(scene_.photos[id - 1].keypoints));
     Commit(features);
-    CommitMatches(id, scene_.pairs[id - 1], matches_t::ALL);
-  }
-  void CommitMatches(int64_t image_id, const TwoViewPairs& pairs, int8_t part) {
+    const TwoViewPairs& pairs = scene_.pairs[id - 1];
     matches_t matches{};
-    matches.image_id = image_id;
-    matches.part = part;
+    matches.image_id = id;
     for (const TwoViewPair& pair : pairs) {
       two_view_t told{};
       told.other_id = pair.other_id;
@@ -382,18 +379,6 @@ TEST_F(SessionApiTest, MatchesAreTheVerifiedPairsStrongestFirst) {
   for (size_t i = 1; i < matches.size(); ++i) {
     EXPECT_GE(matches[i - 1]["inliers"], matches[i]["inliers"]);
   }
-}
-
-TEST_F(SessionApiTest, AMatchOfTheRestIsFound) {
-  const json whole = GetJson("/api/photos/4/matches/3");
-  TwoViewPairs first, rest;
-  for (const TwoViewPair& pair : scene_.pairs[3]) {
-    (pair.other_id == 3 ? rest : first).push_back(pair);
-  }
-  CommitMatches(4, first, matches_t::FIRST);
-  CommitMatches(4, rest, matches_t::REST);
-  EXPECT_EQ(GetJson("/api/photos/4/matches/3"), whole);
-  EXPECT_FALSE(GetJson("/api/photos/4/matches/2")["points"].empty());
 }
 
 // The later photo's fact holds the pair; from the other side it is the same, the sides exchanged.
