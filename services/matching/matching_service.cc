@@ -230,8 +230,12 @@ void MatchingService::Submit() {
   sum_elapsed_s_ += job.matches.elapsed_s;
   workers_.front().thread.Run(
       [this, image_id, seq = job.look->seq(), photo = job.photo,
+       apart = PairsApart(session_.covisibility(), job.matches.other_ids()),
        matches = std::move(job.matches)]() mutable {
-        return Attempt([&] { return MakeFact(image_id, seq, *photo, &matches); });
+        return Attempt([&] {
+          matches.Conclude(photo->points, apart);
+          return MakeFact(image_id, seq, matches);
+        });
       },
       [this, image_id](Result<matches_t> fact) {
         OnFactMade(image_id, std::move(fact));
@@ -242,12 +246,11 @@ void MatchingService::Submit() {
 }
 
 // On a worker's thread.
-matches_t MatchingService::MakeFact(int64_t image_id, int64_t seq, const PhotoFeatures& photo,
-                                    PhotoMatches* matches) const {
-  matches->Conclude(photo.points);
+matches_t MatchingService::MakeFact(int64_t image_id, int64_t seq,
+                                    const PhotoMatches& matches) const {
   const std::string blob =
-      matches->pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches->pairs));
-  matches_t fact = ToMessage(image_id, *matches, blob);
+      matches.pairs.empty() ? "" : node_.blobs().Offer(EncodeTwoViewPairs(matches.pairs));
+  matches_t fact = ToMessage(image_id, matches, blob);
   fact.header.computed_at_seq = seq;
   return fact;
 }

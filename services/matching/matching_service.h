@@ -92,8 +92,7 @@ class MatchingService {
   bool IsToBlame(int64_t image_id) const;
   void FailActive();
   void Submit();
-  matches_t MakeFact(int64_t image_id, int64_t seq, const PhotoFeatures& photo,
-                     PhotoMatches* matches) const;
+  matches_t MakeFact(int64_t image_id, int64_t seq, const PhotoMatches& matches) const;
   void OnFactMade(int64_t image_id, Result<matches_t> fact);
   void SubmitFact(int64_t image_id, matches_t fact);
   // By value: the reason may belong to the job that ends here.

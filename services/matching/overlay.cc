@@ -1,6 +1,8 @@
 #include "matching/overlay.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -12,8 +14,11 @@ namespace skein {
 namespace {
 
 constexpr int kFields = 8;  // along each side
-// Share of right matches whose error exceeds the largest of an inlier.
+constexpr int kNumReweighted = 5;
+// Share of right matches whose error exceeds the largest of an inlier, and so the standard
+// deviation of the errors: that share of a normal distribution lies beyond 1.96 of them.
 constexpr double kNoise = 0.05;
+constexpr double kSigmaPx = limits::kMaxErrorPx / 1.96;
 // An object that moves through a tripod's photos gives one pair in ten a geometry of its own. Three
 // pairs do so by chance once in a thousand times.
 constexpr int kPairsOfABackground = 3;
@@ -95,6 +100,69 @@ bool AreContradicted(const PhotoFeatures& first, const PhotoFeatures& second,
   return log_likelihood_ratio > 0;
 }
 
+// Sum over the matches, px^2, none above the largest of an inlier.
+double SumOfErrors(const Eigen::Matrix3d& F, const PhotoFeatures& first,
+                   const PhotoFeatures& second, const FeatureMatches& matches) {
+  double sum = 0;
+  for (const FeatureMatch& match : matches) {
+    const double error =
+        SampsonError(F, first.points[match.point2D_idx1], second.points[match.point2D_idx2]);
+    sum += std::min(error, limits::kMaxErrorPx * limits::kMaxErrorPx);
+  }
+  return sum;
+}
+
+Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& e) {
+  Eigen::Matrix3d cross;
+  cross << 0, -e.z(), e.y(), e.z(), 0, -e.x(), -e.y(), e.x(), 0;
+  return cross;
+}
+
+// F = [e]x of a camera that moves without turning: F as of which all that stands still agrees.
+// Least squares of the Sampson errors, reweighted from equal weights.
+Eigen::Matrix3d FitWithoutTurn(const PhotoFeatures& first, const PhotoFeatures& second,
+                               const FeatureMatches& matches) {
+  const Eigen::Matrix3d to_plane = first.camera.CalibrationMatrix().inverse();
+  Eigen::Vector3d e = Eigen::Vector3d::Zero();
+  for (int i = 0; i < kNumReweighted; ++i) {
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    for (const FeatureMatch& match : matches) {
+      const Eigen::Vector3d a = to_plane * first.points[match.point2D_idx1].homogeneous();
+      const Eigen::Vector3d b = to_plane * second.points[match.point2D_idx2].homogeneous();
+      const double scale =
+          i == 0 ? 1 : e.cross(a).head<2>().squaredNorm() + e.cross(b).head<2>().squaredNorm();
+      const Eigen::Vector3d line = a.cross(b);
+      normal += line * line.transpose() / scale;
+    }
+    e = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal).eigenvectors().col(0);
+  }
+  return to_plane.transpose() * CrossMatrix(e) * to_plane;
+}
+
+// A plane's or a rotation's matches have many epipolar geometries.
+bool IsEpipolar(const TwoViewGeometry& geometry) {
+  return geometry.config == TwoViewGeometry::CALIBRATED ||
+         geometry.config == TwoViewGeometry::UNCALIBRATED;
+}
+
+// Whether the moving matches tell of a motion of their own. One of a plane's geometries contradicts
+// the still matches only if no geometry explains both: by the likelihood ratio, less BIC's price of
+// F's seven parameters.
+bool MoveByThemselves(const PhotoFeatures& first, const PhotoFeatures& second,
+                      const TwoViewGeometry& of_moving, const TwoViewGeometry& of_all) {
+  if (IsEpipolar(of_moving)) return true;
+  const auto sum = [&](const Eigen::Matrix3d& F) {
+    return SumOfErrors(F, first, second, of_moving.inlier_matches);
+  };
+  double together = sum(FitWithoutTurn(first, second, of_moving.inlier_matches));
+  if (IsVerified(of_all)) {
+    together = std::min(together, sum(EpipolarModel(first.camera, second.camera, of_all)));
+  }
+  const double apart = sum(EpipolarModel(first.camera, second.camera, of_moving));
+  const double num_matches = static_cast<double>(of_moving.inlier_matches.size());
+  return together - apart > 7 * std::log(num_matches) * kSigmaPx * kSigmaPx;
+}
+
 std::vector<uint32_t> FirstKeypoints(const FeatureMatches& matches) {
   std::vector<uint32_t> keypoints;
   for (const FeatureMatch& match : matches) keypoints.push_back(match.point2D_idx1);
@@ -152,26 +220,61 @@ bool MovesElsewhere(const std::vector<PairWithEvidence>& pairs) {
   });
 }
 
+// Whether the object that moves before the background has a geometry of at least `min_inliers`.
+bool HasObject(const PairWithEvidence& pair, int min_inliers) {
+  if (pair.evidence.background.empty()) return false;
+  return pair.evidence.of_moving->inlier_matches.size() >= static_cast<size_t>(min_inliers);
+}
+
 bool HaveABackground(const std::vector<PairWithEvidence>& pairs) {
-  const auto num_pairs = std::count_if(pairs.begin(), pairs.end(), [](const auto& pair) {
-    return pair.evidence.without_background.has_value();
-  });
-  return num_pairs >= kPairsOfABackground && !MovesElsewhere(pairs);
+  const auto num_pairs = [&](int min_inliers) {
+    return std::count_if(pairs.begin(), pairs.end(), [min_inliers](const PairWithEvidence& pair) {
+      return HasObject(pair, min_inliers);
+    });
+  };
+  return (num_pairs(limits::kMinSeedInliers) > 0 ||
+          num_pairs(kMinPairInliers) >= kPairsOfABackground) &&
+         !MovesElsewhere(pairs);
+}
+
+// Whether the pair is of the background: enough of it stands still, most of that at marked places.
+bool StandsOn(const Marked& background, const PairWithEvidence& pair) {
+  int num_still = 0, num_marked = 0;
+  for (size_t i = 0; i < pair.stand_still.size(); ++i) {
+    if (pair.stand_still[i] == 0) continue;
+    ++num_still;
+    num_marked += background.IsNear(pair.geometry.inlier_matches[i].point2D_idx1);
+  }
+  return num_still >= kMinPairInliers && 2 * num_marked > num_still;
+}
+
+TwoViewGeometry WithoutGeometry() {
+  TwoViewGeometry geometry;
+  geometry.config = TwoViewGeometry::DEGENERATE;
+  return geometry;
+}
+
+void LeaveOutBackground(const std::vector<Eigen::Vector2d>& points,
+                        std::vector<PairWithEvidence>* pairs) {
+  Marked background(points);
+  for (const PairWithEvidence& pair : *pairs) background.Add(pair.evidence.background);
+  for (PairWithEvidence& pair : *pairs) {
+    if (!pair.evidence.background.empty() || StandsOn(background, pair)) KeepMoving(&pair);
+  }
 }
 
 void LeaveOut(const Marked& overlay, PairWithEvidence* pair) {
   FeatureMatches& inliers = pair->geometry.inlier_matches;
   FeatureMatches kept;
+  std::vector<char> stand_still;
   for (size_t i = 0; i < inliers.size(); ++i) {
-    const bool is_overlay = pair->stand_still[i] != 0 && overlay.IsNear(inliers[i].point2D_idx1);
-    if (!is_overlay) kept.push_back(inliers[i]);
+    if (pair->stand_still[i] != 0 && overlay.IsNear(inliers[i].point2D_idx1)) continue;
+    kept.push_back(inliers[i]);
+    stand_still.push_back(pair->stand_still[i]);
   }
-  pair->stand_still.clear();
   inliers = std::move(kept);
-  if (inliers.size() < static_cast<size_t>(kMinPairInliers)) {
-    pair->geometry = TwoViewGeometry();
-    pair->geometry.config = TwoViewGeometry::DEGENERATE;
-  }
+  pair->stand_still = std::move(stand_still);
+  if (inliers.size() < static_cast<size_t>(kMinPairInliers)) pair->geometry = WithoutGeometry();
 }
 
 }  // namespace
@@ -196,10 +299,10 @@ PairEstimate EstimateWithoutOverlay(const PhotoFeatures& first, const PhotoFeatu
     return result;
   }
   result.geometry = estimate(matches);
-  if (are_contradicted) {
+  if (are_contradicted && MoveByThemselves(first, second, of_moving, result.geometry)) {
     result.evidence.background = FirstKeypoints(split.still);
-    result.evidence.without_background = std::move(of_moving);
   }
+  if (IsVerified(of_moving)) result.evidence.of_moving = std::move(of_moving);
   return result;
 }
 
@@ -213,17 +316,25 @@ std::vector<char> StandStill(const PhotoFeatures& first, const PhotoFeatures& se
   return stand_still;
 }
 
+bool IsStill(const PairWithEvidence& pair) {
+  if (pair.geometry.config != TwoViewGeometry::PANORAMIC) return false;
+  const auto num_still = std::count(pair.stand_still.begin(), pair.stand_still.end(), 1);
+  return static_cast<double>(num_still) >=
+         (1 - kNoise) * static_cast<double>(pair.stand_still.size());
+}
+
+void KeepMoving(PairWithEvidence* pair) {
+  pair->geometry = pair->evidence.of_moving.value_or(WithoutGeometry());
+  pair->stand_still.assign(pair->geometry.inlier_matches.size(), 0);
+}
+
 void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points,
                      std::vector<PairWithEvidence>* pairs) {
   Marked overlay(points);
   for (const PairWithEvidence& pair : *pairs) overlay.Add(pair.evidence.overlay);
   if (HaveABackground(*pairs)) {
-    for (PairWithEvidence& pair : *pairs) {
-      overlay.Add(pair.evidence.background);
-      if (!pair.evidence.without_background) continue;
-      pair.geometry = *pair.evidence.without_background;
-      pair.stand_still.assign(pair.geometry.inlier_matches.size(), 0);
-    }
+    for (const PairWithEvidence& pair : *pairs) overlay.Add(pair.evidence.background);
+    LeaveOutBackground(points, pairs);
   }
   if (overlay.empty()) return;
   for (PairWithEvidence& pair : *pairs) LeaveOut(overlay, &pair);

@@ -24,9 +24,20 @@
 // are a background that stands still, as of a turntable, or a tripod's scene in which an object
 // moves: the photo's other pairs decide.
 //
+// A plane or a rotation has many geometries F, of which the estimated one contradicts still matches
+// by chance. If a homography explains the other matches, the pair has a background only if no F
+// explains still and other matches together. The likelihood ratio decides, less BIC's price of
+// seven parameters. Errors are normal, and kNoise of them exceed limits::kMaxErrorPx.
+//
 // A photo. Its keypoints in overlays are left out of all its pairs where they stand still, with
 // keypoints nearby: so also where the pair alone does not tell. Many that are contradicted count as
-// an overlay from kPairsOfABackground pairs on, unless they move with the scene in another pair.
+// an overlay from one pair on whose object a map could begin with (limits::kMinSeedInliers), or
+// from kPairsOfABackground pairs on, unless they move with the scene in another pair. A pair whose
+// still matches lie there for the most part is then that of its moving matches.
+//
+// The ledger. All pairs of a photo stand still if the object has turned out of sight. Such pairs
+// are of the background if two of the other photos see the object from apart (photo_matches.h).
+// Pairs that were concluded before the ledger could tell stay in it.
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -43,8 +54,8 @@ namespace skein {
 struct OverlayEvidence {
   std::vector<uint32_t> overlay;     // keypoints of the first photo
   std::vector<uint32_t> background;  // the same of many that are contradicted
-  // Geometry of the moving matches, if there is `background`.
-  std::optional<TwoViewGeometry> without_background;
+  // Geometry of the moving matches, if it is verified and not yet the pair's: with `background`.
+  std::optional<TwoViewGeometry> of_moving;
 };
 
 struct PairEstimate {
@@ -72,5 +83,12 @@ struct PairWithEvidence {
 // kMinPairInliers inliers left is DEGENERATE.
 void LeaveOutOverlay(const std::vector<Eigen::Vector2d>& points,
                      std::vector<PairWithEvidence>* pairs);
+
+// Whether the pair has no geometry but that nothing moved: it is panoramic, and at least a share of
+// 1 - kNoise of its inliers stands still.
+bool IsStill(const PairWithEvidence& pair);
+
+// Leaves the pair the geometry of its moving matches, if that is verified; else it is DEGENERATE.
+void KeepMoving(PairWithEvidence* pair);
 
 }  // namespace skein

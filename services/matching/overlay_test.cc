@@ -70,7 +70,24 @@ class Overlay : public testing::Test {
     for (int i = 0; i < count; ++i) AddMatch(Anywhere(), Anywhere());
   }
 
+  // A flat thing of 400 x 300 px, here and moved by H.
+  void AddFlat(int count, const Eigen::Matrix3d& H) {
+    for (int i = 0; i < count; ++i) {
+      const double x = Uniform(500, 900, &random_);
+      const Eigen::Vector2d at(x, Uniform(400, 700, &random_));
+      AddMatch(at, (H * at.homogeneous()).hnormalized());
+    }
+  }
+
   PairEstimate Estimate() const { return EstimateWithoutOverlay(first_, second_, matches_, 7); }
+  // Of the only pair of its photo.
+  TwoViewGeometry OfAPhoto() const {
+    const PairEstimate pair = Estimate();
+    std::vector<PairWithEvidence> pairs = {
+        {pair.geometry, StandStill(first_, second_, pair.geometry.inlier_matches), pair.evidence}};
+    LeaveOutOverlay(first_.points, &pairs);
+    return pairs[0].geometry;
+  }
   int NumStill(const TwoViewGeometry& geometry) const {
     const std::vector<char> still = StandStill(first_, second_, geometry.inlier_matches);
     return static_cast<int>(std::count(still.begin(), still.end(), 1));
@@ -85,6 +102,7 @@ class Overlay : public testing::Test {
     EXPECT_EQ(ours.config, all.config);
     EXPECT_EQ(ours.E, all.E);
     EXPECT_EQ(ours.inlier_matches.size(), all.inlier_matches.size());
+    EXPECT_EQ(OfAPhoto().inlier_matches.size(), all.inlier_matches.size());
   }
 
   std::mt19937 random_{3};
@@ -129,16 +147,63 @@ TEST_F(Overlay, IsNoneInABurstThatMatchesBadly) {
   ExpectAsOfAll();
 }
 
-// A car drives through the photos of a tripod, or an object turns before a background.
+// A car turns before a tripod, or an object that a map could not begin with.
 TEST_F(Overlay, IsForOtherPairsToTellWhereMostStandsStill) {
   AddStill(900, 0, kWidthPx, 0, kHeightPx);
-  AddScene(100, 6, 14, kTurn, kStep);
+  AddScene(60, 6, 14, kTurn, kStep);
   ExpectAsOfAll();
   const OverlayEvidence evidence = Estimate().evidence;
   EXPECT_TRUE(evidence.overlay.empty());
   EXPECT_EQ(evidence.background.size(), 900u);
-  ASSERT_TRUE(evidence.without_background);
-  EXPECT_NEAR(std::abs(evidence.without_background->tvec.dot(kStep.normalized())), 1, 0.01);
+  ASSERT_TRUE(evidence.of_moving);
+  EXPECT_NEAR(std::abs(evidence.of_moving->tvec.dot(kStep.normalized())), 1, 0.01);
+}
+
+TEST_F(Overlay, IsTheBackgroundOfATurntableInTwoPhotos) {
+  AddStill(900, 0, kWidthPx, 0, kHeightPx);
+  AddScene(150, 6, 14, kTurn, kStep);
+  const TwoViewGeometry of_object = OfAPhoto();
+  EXPECT_EQ(of_object.config, TwoViewGeometry::CALIBRATED);
+  EXPECT_EQ(NumStill(of_object), 0);
+  EXPECT_GE(of_object.inlier_matches.size(), 140u);
+  EXPECT_NEAR(std::abs(of_object.tvec.dot(kStep.normalized())), 1, 0.01);
+}
+
+// Its geometry is one of many that explain a plane.
+TEST_F(Overlay, IsTheBackgroundOfAFlatThingThatTurns) {
+  AddStill(900, 0, kWidthPx, 0, kHeightPx);
+  Eigen::Matrix3d H = Eigen::Translation2d(700, 550) * Eigen::Rotation2Dd(0.3) *
+                      Eigen::Translation2d(-600, -560) * Eigen::Matrix3d::Identity();
+  H.row(2) << 1e-4, -5e-5, 1;
+  AddFlat(300, H);
+  EXPECT_EQ(Estimate().evidence.background.size(), 900u);
+  EXPECT_EQ(NumStill(OfAPhoto()), 0);
+}
+
+// A bus drives through the photos of a tripod.
+TEST_F(Overlay, IsNoneWhereAFlatThingIsShifted) {
+  AddStill(900, 0, kWidthPx, 0, kHeightPx);
+  Eigen::Matrix3d H = Eigen::Matrix3d::Identity();
+  H.topRightCorner<2, 1>() << 90, 20;
+  AddFlat(300, H);
+  EXPECT_TRUE(Estimate().evidence.background.empty());
+  ExpectAsOfAll();
+}
+
+TEST_F(Overlay, IsNoneBeforeACameraThatTurnsOnATripod) {
+  AddScene(900, 6, 14, kTurn, Eigen::Vector3d::Zero());
+  ExpectAsOfAll();
+  EXPECT_EQ(OfAPhoto().config, TwoViewGeometry::PANORAMIC);
+}
+
+// Far points move by less than the largest error, by a hand that turns the camera a little.
+TEST_F(Overlay, IsNoDistantScene) {
+  const Eigen::Matrix3d little = Eigen::AngleAxisd(0.001, Eigen::Vector3d::UnitY()).matrix();
+  AddScene(700, 600, 2000, little, kStep);
+  AddScene(200, 6, 60, little, kStep);
+  EXPECT_GT(NumStill(EstimateOfAll()), 600);
+  EXPECT_TRUE(Estimate().evidence.background.empty());
+  ExpectAsOfAll();
 }
 
 // Mountains above a road, by a camera on a rail.
@@ -176,11 +241,11 @@ class OverlayOfAPhoto : public testing::Test {
       pair->stand_still.push_back(still);
     }
   }
-  // A still background, keypoints 0 to 100, and an object, 100 to 140, that turns.
-  static PairWithEvidence PairOfATurntable() {
+  // A still background, keypoints 0 to 100, and an object, 100 to `end`, that turns.
+  static PairWithEvidence PairOfATurntable(uint32_t end = 140) {
     PairWithEvidence pair = Pair(0, 100, true);
     for (uint32_t i = 0; i < 100; ++i) pair.evidence.background.push_back(i);
-    pair.evidence.without_background = Pair(100, 140, false).geometry;
+    pair.evidence.of_moving = Pair(100, end, false).geometry;
     return pair;
   }
 
@@ -219,6 +284,24 @@ TEST_F(OverlayOfAPhoto, IsABackgroundOfThreePairs) {
     EXPECT_TRUE(IsVerified(pairs_[i].geometry));
   }
   EXPECT_FALSE(IsVerified(pairs_[3].geometry));
+}
+
+TEST_F(OverlayOfAPhoto, IsABackgroundOfOnePairThatAMapCouldBeginWith) {
+  pairs_ = {PairOfATurntable(199), Pair(0, 90, true)};
+  LeaveOut();
+  EXPECT_EQ(NumInliers(0), 100u);
+  pairs_ = {PairOfATurntable(200), Pair(0, 90, true)};
+  LeaveOut();
+  EXPECT_EQ(pairs_[0].geometry.inlier_matches.front().point2D_idx1, 100u);
+  EXPECT_FALSE(IsVerified(pairs_[1].geometry));
+}
+
+TEST_F(OverlayOfAPhoto, IsABackgroundWhereMostOfWhatStandsStillWasSeenElsewhere) {
+  pairs_ = {PairOfATurntable(200), Pair(60, 130, true), Pair(80, 130, true)};
+  pairs_[1].evidence.of_moving = Pair(130, 150, false).geometry;
+  LeaveOut();
+  EXPECT_EQ(NumInliers(1), 20u);
+  EXPECT_EQ(NumInliers(2), 30u);
 }
 
 TEST_F(OverlayOfAPhoto, IsNoBackgroundThatMovesInAnotherPair) {

@@ -70,6 +70,52 @@ TEST(PhotoMatches, WithoutCandidatesOrFeaturesThereAreNoPairs) {
   EXPECT_TRUE(Match(*empty, {world.Photo(1, 0, 400)}).pairs.empty());
 }
 
+PairResult StillPair(int num_still, int num_moving) {
+  PairResult pair;
+  pair.geometry.config = TwoViewGeometry::PANORAMIC;
+  for (int i = 0; i < num_still + num_moving; ++i) {
+    pair.geometry.inlier_matches.emplace_back(i, i);
+    pair.stand_still.push_back(i < num_still);
+  }
+  return pair;
+}
+
+// Photo 3 stands still against 1 and 2, by 300 matches.
+std::vector<int64_t> PairsOfPhoto3(const std::vector<PairApart>& apart, int num_moving = 0) {
+  PhotoMatches matches;
+  matches.Add(1, StillPair(300 - num_moving, num_moving));
+  matches.Add(2, StillPair(300 - num_moving, num_moving));
+  matches.Conclude(std::vector<Eigen::Vector2d>(300, Eigen::Vector2d(50, 50)), apart);
+  std::vector<int64_t> others;
+  for (const TwoViewPair& pair : matches.pairs) others.push_back(pair.other_id);
+  return others;
+}
+
+TEST(PhotoMatches, LeaveOutTheBackgroundOfPhotosThatAreApart) {
+  EXPECT_TRUE(PairsOfPhoto3({{1, 2, 150}}).empty());
+}
+
+TEST(PhotoMatches, KeepABurstATripodAndADistantScene) {
+  const std::vector<int64_t> both{1, 2};
+  EXPECT_EQ(PairsOfPhoto3({}), both);
+  EXPECT_EQ(PairsOfPhoto3({{1, 4, 150}, {2, 5, 150}}), both) << "by a photo of another spot";
+  EXPECT_EQ(PairsOfPhoto3({{1, 2, 400}}), both) << "all that stands still is apart, too";
+  EXPECT_EQ(PairsOfPhoto3({{1, 2, 150}}, 30), both) << "a part moves with the camera";
+}
+
+TEST(PhotoMatches, AreApartByAnEpipolarGeometryThatAMapCouldBeginWith) {
+  CovisibilityGraph graph;
+  graph.Add(1, {2, 150, 1, 0.1F, 0, TwoViewGeometry::UNCALIBRATED});
+  graph.Add(1, {3, 900, 2, 0, 0, TwoViewGeometry::PANORAMIC});
+  graph.Add(2, {3, 99, 3, 0.1F, 0, TwoViewGeometry::CALIBRATED});
+  graph.Add(2, {4, 150, 4, 0.1F, 0, TwoViewGeometry::CALIBRATED});
+  const std::vector<PairApart> apart = PairsApart(graph, {3, 2, 1, 7});
+  ASSERT_EQ(apart.size(), 1u);
+  EXPECT_EQ(apart[0].id1, 1);
+  EXPECT_EQ(apart[0].id2, 2);
+  EXPECT_EQ(apart[0].num_inliers, 150);
+}
+
 class PhotoFeaturesBlobs : public testing::Test {
  protected:
   Result<PhotoFeaturesPtr> Decode() {

@@ -13,7 +13,7 @@ class CovisibilityGraph {
  public:
   struct Edge {
     // Values of COLMAP's TwoViewGeometry::ConfigurationType.
-    static constexpr int8_t kPlanar = 4, kPanoramic = 5;
+    static constexpr int8_t kCalibrated = 2, kUncalibrated = 3, kPlanar = 4, kPanoramic = 5;
 
     int64_t other_id = 0;
     int32_t num_inliers = 0;
@@ -24,6 +24,8 @@ class CovisibilityGraph {
 
     // The matches tell of no translation.
     bool IsRotation() const { return geometry == kPanoramic; }
+    // Neither a plane nor a rotation explains the matches.
+    bool IsEpipolar() const { return geometry == kCalibrated || geometry == kUncalibrated; }
   };
 
   // A pair that is known already stays as it is. Costs the smaller number of edges of the two.
