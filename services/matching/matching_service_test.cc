@@ -197,6 +197,15 @@ class Matching : public testing::Test {
     return loop_.RunUntil([&] { return ingest_.matches().size() == num_photos; }, kDeadlineS);
   }
 
+  std::vector<int64_t> AddPlace(int64_t num) {
+    std::vector<int64_t> ids;
+    for (int64_t id = 1; id <= num; ++id) {
+      ingest_.AddPhoto(*world_.Photo(id, 1.0 / static_cast<double>(id), 300));
+      ids.push_back(id);
+    }
+    return ids;
+  }
+
   PollLoop loop_;
   Bus bus_{"memq://", loop_};
   Ingest ingest_{loop_, bus_};
