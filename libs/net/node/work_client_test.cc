@@ -124,7 +124,7 @@ TEST_F(WorkClientTest, AnExceptionThatEndsItFailsTheItemAtWork) {
     throw std::runtime_error("a handler threw");
   } catch (const std::runtime_error&) {
   }
-  ASSERT_TRUE(WaitFor([&] { return requests_.back().capacity < 0; }));
+  ASSERT_TRUE(WaitFor([&] { return !requests_.empty() && requests_.back().capacity < 0; }));
   ASSERT_EQ(failures_.size(), 1u) << "5 is given back as good";
   EXPECT_EQ(failures_[0].item_id, 6);
   EXPECT_EQ(failures_[0].epoch, 1);
