@@ -115,7 +115,7 @@ grep -q 'processes are ready' "$work/service.log" || die "the service's session:
 timed "apt remove" inside apt-get remove -y -q skein
 inside apt-get purge -y -q skein >/dev/null 2>&1
 rm "$root/etc/skein/site.toml"
-left=$(cd "$root" && find . -xdev -iname '*skein*' -not -path './proc/*' -not -path './dev/*' | grep -vxE './(var/lib/skein|root/\.cache/skein|root/\.local/state/skein|etc/skein)' || true)
+left=$(cd "$root" && find . -xdev -iname '*skein*' -not -path './proc/*' -not -path './dev/*' | grep -vxE './(var/lib/skein(/.local/state/skein)?|root/\.cache/skein|root/\.local/state/skein|etc/skein)' || true)
 [[ -z $left ]] || die "left behind: $left"
 [[ -s $root/var/lib/skein/site/session.json && -s $root$session/session.json ]] || die "the sessions are gone"
 
