@@ -35,7 +35,7 @@ codename=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
 work=$(mktemp -d)
 launch=''
 stop_launch() { [[ -z $launch ]] || pkill -TERM -P "$launch" || true; }
-trap 'stop_launch; ((keep)) || rm -rf --one-file-system "$work"' EXIT
+trap 'stop_launch; umount -l "$root"/{proc,dev} 2>/dev/null; ((keep)) || rm -rf --one-file-system "$work"' EXIT
 table=()
 # timed WHAT COMMAND...
 timed() {
