@@ -308,7 +308,6 @@ std::vector<int64_t> DenseService::LiveSubmaps() const {
   return live;
 }
 
-// On the worker.
 DenseService::Snapshot DenseService::MakeSnapshot(const std::vector<int64_t>& live,
                                                   uint64_t told) const {
   Snapshot snapshot;

@@ -93,9 +93,9 @@ class DenseService {
   bool TryMesh(int64_t submap_id, const std::function<void()>& work, std::vector<int64_t>* failed);
   bool Try(const Step& step, const std::function<void()>& work);
   bool Decode(uint32_t image_id, const Bytes& photo);
+  Snapshot MakeSnapshot(const std::vector<int64_t>& live, uint64_t told) const;
   // On the loop.
   void OnMade(const Made& made);
-  Snapshot MakeSnapshot(const std::vector<int64_t>& live, uint64_t told) const;
   void TakeSnapshot();
   void OnSnapshot(const Snapshot& snapshot);
   std::vector<int64_t> LiveSubmaps() const;

@@ -11,7 +11,7 @@ namespace {
 constexpr char kHowToJoin[] =
     "keeps its weights in another file: put all into one with onnx.save(onnx.load(\"model.onnx\"), "
     "\"one.onnx\")";
-// What version 1.21 says of a model in memory whose weights are in another file.
+// Version 1.21 says so of a model in memory whose weights are in another file.
 constexpr char kNoPath[] = "model_path must not be empty";
 
 // Discards std::cerr. Debian's library 1.21 registers each operator twice, which libonnx tells

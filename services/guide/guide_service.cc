@@ -205,7 +205,7 @@ void GuideService::OnDone(int64_t submap_id, const Job& job) {
   StartIfDue();
 }
 
-// What is known of the submap may be half done after an exception: the next shape begins anew.
+// An exception may leave the submap's guide half done: the next shape begins with another.
 void GuideService::NoteFailure(int64_t submap_id, const Status& status) {
   LogWarn("submap {}: no guidance: {}", submap_id, status.error());
   if (status.code != StatusCode::kUnavailable || !state_.IsLive(submap_id)) return;

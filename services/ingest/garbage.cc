@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// Of a file that may go, since it was written.
+// A file may go so long after it was written.
 constexpr std::chrono::minutes kMinGarbageAge{10};
 
 }  // namespace

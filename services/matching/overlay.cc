@@ -10,6 +10,8 @@
 #include <unordered_set>
 #include <utility>
 
+#include "sfm/pose.h"
+
 namespace skein {
 namespace {
 
@@ -112,12 +114,6 @@ double SumOfErrors(const Eigen::Matrix3d& F, const PhotoFeatures& first,
   return sum;
 }
 
-Eigen::Matrix3d CrossMatrix(const Eigen::Vector3d& e) {
-  Eigen::Matrix3d cross;
-  cross << 0, -e.z(), e.y(), e.z(), 0, -e.x(), -e.y(), e.x(), 0;
-  return cross;
-}
-
 // F = [e]x of a camera that moves without turning: F as of which all that stands still agrees.
 // Least squares of the Sampson errors, reweighted from equal weights.
 Eigen::Matrix3d FitWithoutTurn(const PhotoFeatures& first, const PhotoFeatures& second,
@@ -136,7 +132,7 @@ Eigen::Matrix3d FitWithoutTurn(const PhotoFeatures& first, const PhotoFeatures& 
     }
     e = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(normal).eigenvectors().col(0);
   }
-  return to_plane.transpose() * CrossMatrix(e) * to_plane;
+  return to_plane.transpose() * CrossProductMatrix(e) * to_plane;
 }
 
 // A plane's or a rotation's matches have many epipolar geometries.

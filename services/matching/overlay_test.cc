@@ -80,7 +80,7 @@ class Overlay : public testing::Test {
   }
 
   PairEstimate Estimate() const { return EstimateWithoutOverlay(first_, second_, matches_, 7); }
-  // Of the only pair of its photo.
+  // Geometry of the pair, as the only one of its photo.
   TwoViewGeometry OfAPhoto() const {
     const PairEstimate pair = Estimate();
     std::vector<PairWithEvidence> pairs = {

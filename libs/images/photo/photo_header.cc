@@ -70,7 +70,7 @@ Result<PhotoHeader> ReadTiff(ByteView bytes) {
                      static_cast<int>(directory.Find(258).value_or(1))};
 }
 
-// Of formats that are often called .jpg, by their first bytes; null for any other.
+// Name of a format that is often called .jpg, by its first bytes; null for any other.
 const char* OtherFormatName(ByteView bytes) {
   const auto starts = [&](const char* text) { return StartsWith(bytes, text, std::strlen(text)); };
   constexpr size_t kRiffType = 8, kBoxType = 4;

@@ -283,36 +283,6 @@ std::vector<std::vector<std::pair<int, int>>> SharedPoints(const Bundle& bundle)
   return shared;
 }
 
-// A forest if the poses hang together by no points.
-struct SpanningTree {
-  std::vector<int> order;   // a pose comes after its parent
-  std::vector<int> parent;  // -1: a root
-  std::vector<int> shared;  // points shared with the parent
-};
-
-// By Prim's algorithm.
-SpanningTree MaximumSpanningTree(const Bundle& bundle) {
-  const int num = static_cast<int>(bundle.poses.size());
-  const auto edges = SharedPoints(bundle);
-  SpanningTree tree{{}, std::vector<int>(num, -1), std::vector<int>(num, 0)};
-  std::vector<int>& best = tree.shared;
-  std::vector<bool> is_in(num, false);
-  for (int k = 0; k < num; ++k) {
-    int next = -1;
-    for (int i = 0; i < num; ++i) {
-      if (!is_in[i] && (next < 0 || best[i] > best[next])) next = i;
-    }
-    is_in[next] = true;
-    tree.order.push_back(next);
-    for (const auto& [other, count] : edges[next]) {
-      if (is_in[other] || count <= best[other]) continue;
-      best[other] = count;
-      tree.parent[other] = next;
-    }
-  }
-  return tree;
-}
-
 // Whether each pose is `top` or below it.
 std::vector<bool> PosesBelow(const SpanningTree& tree, int top) {
   std::vector<bool> is_below(tree.order.size(), false);
@@ -354,10 +324,32 @@ std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss) {
   return mode;
 }
 
-WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3d>& displacements) {
+SpanningTree MaximumSpanningTree(const Bundle& bundle) {
+  const int num = static_cast<int>(bundle.poses.size());
+  const auto edges = SharedPoints(bundle);
+  SpanningTree tree{{}, std::vector<int>(num, -1), std::vector<int>(num, 0)};
+  std::vector<int>& best = tree.shared;
+  std::vector<bool> is_in(num, false);
+  for (int k = 0; k < num; ++k) {
+    int next = -1;
+    for (int i = 0; i < num; ++i) {
+      if (!is_in[i] && (next < 0 || best[i] > best[next])) next = i;
+    }
+    is_in[next] = true;
+    tree.order.push_back(next);
+    for (const auto& [other, count] : edges[next]) {
+      if (is_in[other] || count <= best[other]) continue;
+      best[other] = count;
+      tree.parent[other] = next;
+    }
+  }
+  return tree;
+}
+
+WeakestCut FindWeakestCut(const Bundle& bundle, const SpanningTree& tree,
+                          const std::vector<Eigen::Vector3d>& displacements) {
   const int num = static_cast<int>(bundle.poses.size());
   const Similarities similarities(CentersOf(bundle));
-  const SpanningTree tree = MaximumSpanningTree(bundle);
   std::vector<SimilarityFit> fits(num);  // of each pose with all below it
   SimilarityFit whole;
   double squared = 0;
@@ -383,8 +375,8 @@ WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3
   return cut;
 }
 
-std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, int min_points) {
-  const SpanningTree tree = MaximumSpanningTree(bundle);
+std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningTree& tree,
+                                           int min_points) {
   const auto num = static_cast<int>(bundle.poses.size());
   std::optional<ThinnestCut> thinnest;
   for (const int i : tree.order) {

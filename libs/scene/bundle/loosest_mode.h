@@ -33,18 +33,28 @@ struct LoosestMode {
 // is constant.
 std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss = Loss::kSoftL1);
 
-// Cut of a map at which a deformation bends. Poses are joined by the points that they share. Each
-// edge of the maximum spanning tree cuts them into two parts. FindWeakestCut returns the cut with
-// the largest explained_share, by two similarities, one for each part.
+// Maximum spanning tree of poses, which are joined by the points that they share. A forest if the
+// poses hang together by no points. Each edge cuts them into two parts.
+struct SpanningTree {
+  std::vector<int> order;   // a pose comes after its parent
+  std::vector<int> parent;  // -1: a root
+  std::vector<int> shared;  // points shared with the parent
+};
+// By Prim's algorithm.
+SpanningTree MaximumSpanningTree(const Bundle& bundle);
+
+// Cut of a map at which a deformation bends. FindWeakestCut returns the cut of the bundle's tree
+// with the largest explained_share, by two similarities, one for each part.
 struct WeakestCut {
   int loose = -1;              // pose at the cut, on the side with fewer poses; -1: there is no cut
   int anchor = -1;             // pose at the cut, on the other side
   int num_loose = 0;           // poses on the loose side
   double explained_share = 0;  // of the squared displacements
 };
-WeakestCut FindWeakestCut(const Bundle& bundle, const std::vector<Eigen::Vector3d>& displacements);
+WeakestCut FindWeakestCut(const Bundle& bundle, const SpanningTree& tree,
+                          const std::vector<Eigen::Vector3d>& displacements);
 
-// Cut of the same tree, with two poses or more on each side, at which the sides observe fewest
+// Cut of the bundle's tree, with two poses or more on each side, at which the sides observe fewest
 // points in common. Nothing if each such cut has `min_points` or more. A cut has at least as many
 // as its edge: only edges with fewer cost a visit of all observations.
 struct ThinnestCut {
@@ -53,7 +63,8 @@ struct ThinnestCut {
   int num_loose = 0;
   int num_points = 0;  // that poses of both sides observe
 };
-std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, int min_points);
+std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningTree& tree,
+                                           int min_points);
 
 // Largest distance between two centres of the bundle's poses.
 double ExtentOf(const Bundle& bundle);

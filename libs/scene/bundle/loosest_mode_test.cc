@@ -193,7 +193,7 @@ TEST(WeakestCut, AThinLinkOfAChainIsNamed) {
   const Bundle bundle = BundleAtTruth(options, RoundCorridor(options, 264, 84));
   const auto mode = FindLoosestMode(bundle);
   ASSERT_TRUE(mode);
-  const WeakestCut cut = FindWeakestCut(bundle, mode->displacements);
+  const WeakestCut cut = FindWeakestCut(bundle, MaximumSpanningTree(bundle), mode->displacements);
   ASSERT_GE(cut.loose, 0);
   EXPECT_GE(std::min(cut.loose, cut.anchor), 20);
   EXPECT_LE(std::max(cut.loose, cut.anchor), 29);
@@ -215,7 +215,7 @@ TEST(WeakestCut, OfAHingeItIsTheHinge) {
     const Eigen::Vector3d turned = Eigen::Vector3d(0, 0.1, 0).cross(center(i) - hinge);
     displacements.push_back(i < 14 ? Eigen::Vector3d::Zero() : turned);
   }
-  const WeakestCut cut = FindWeakestCut(bundle, displacements);
+  const WeakestCut cut = FindWeakestCut(bundle, MaximumSpanningTree(bundle), displacements);
   EXPECT_EQ(cut.loose, 14);
   EXPECT_EQ(cut.anchor, 13);
   EXPECT_EQ(cut.num_loose, 6);
@@ -249,14 +249,14 @@ TEST(ThinnestCut, CountsWhatBothSidesObserve) {
   Bundle bundle = TwoParts();
   AddPoints(12, {3, 4}, &bundle);
   AddPoints(5, {0, 1, 5}, &bundle);
-  const auto cut = FindThinnestCut(bundle, 30);
+  const auto cut = FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30);
   ASSERT_TRUE(cut);
   EXPECT_EQ(cut->loose, 4);
   EXPECT_EQ(cut->anchor, 3);
   EXPECT_EQ(cut->num_loose, 2);
   EXPECT_EQ(cut->num_points, 17);
   AddPoints(13, {2, 5}, &bundle);
-  EXPECT_FALSE(FindThinnestCut(bundle, 30));
+  EXPECT_FALSE(FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30));
 }
 
 TEST(ThinnestCut, OfASinglePoseThereIsNone) {
@@ -264,7 +264,7 @@ TEST(ThinnestCut, OfASinglePoseThereIsNone) {
   AddPoints(40, {3, 4}, &bundle);
   bundle.poses.emplace_back();
   AddPoints(10, {0, 6}, &bundle);
-  EXPECT_FALSE(FindThinnestCut(bundle, 30));
+  EXPECT_FALSE(FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30));
 }
 
 }  // namespace skein::loosest_mode_test

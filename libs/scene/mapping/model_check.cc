@@ -17,7 +17,8 @@ constexpr double kSharedErrors = 2;
 ShapeCheck CheckShape(const Bundle& bundle) {
   ShapeCheck check;
   if (bundle.poses.size() < 3) return check;
-  if (const auto tie = FindThinnestCut(bundle, kMinTie)) {
+  const SpanningTree tree = MaximumSpanningTree(bundle);
+  if (const auto tie = FindThinnestCut(bundle, tree, kMinTie)) {
     return {1, bundle.poses[tie->loose].image_id, bundle.poses[tie->anchor].image_id,
             tie->num_loose};
   }
@@ -29,7 +30,7 @@ ShapeCheck CheckShape(const Bundle& bundle) {
     return check;
   }
   check.position_sigma = error / extent;
-  const WeakestCut cut = FindWeakestCut(bundle, mode->displacements);
+  const WeakestCut cut = FindWeakestCut(bundle, tree, mode->displacements);
   if (cut.loose < 0) return check;
   check.loose_image = bundle.poses[cut.loose].image_id;
   check.anchor_image = bundle.poses[cut.anchor].image_id;

@@ -482,20 +482,20 @@ bool Submap::TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSi
   if (static_cast<double>(agreeing) < (1 + gain) * static_cast<double>(now.agreeing)) return false;
   LogInfo("mapped anew: {} photos, {} before, {} matches agree, {} before", num_photos, num_before,
           agreeing, now.agreeing);
-  anew->map().AlignTo(map_->reconstruction());
-  ReplaceByRebuilt(*anew, sink);
+  ReplaceByRebuilt(anew, sink);
   return true;
 }
 
-void Submap::ReplaceByRebuilt(const Submap& anew, const EventSink& sink) {
+void Submap::ReplaceByRebuilt(Submap* anew, const EventSink& sink) {
+  anew->map().AlignTo(map_->reconstruction());
   maintenance_.Drop();
   std::vector<ImageId> before = map_->reconstruction().RegImageIds();
   std::sort(before.begin(), before.end());
-  map_->ReplaceRegistered(anew.map().reconstruction());
-  waiting_.ReplaceRecords(anew.waiting().records());
+  map_->ReplaceRegistered(anew->map().reconstruction());
+  waiting_.ReplaceRecords(anew->waiting().records());
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteSize();
-  settled_ = anew.settled_;
+  settled_ = anew->settled_;
   TellNewAndGone(before, {Refusal::Cause::kContradicted, "contradicted by the map made anew"},
                  sink);
 }
@@ -545,8 +545,7 @@ void Submap::TakeSmallerError(const EventSink& sink) {
           there.num_images, there.mean_reprojection_error_px, here.num_images,
           here.mean_reprojection_error_px, is_smaller ? "taken" : "left");
   if (!is_smaller) return;
-  anew->map().AlignTo(map_->reconstruction());
-  ReplaceByRebuilt(*anew, sink);
+  ReplaceByRebuilt(anew.get(), sink);
   adjuster_.Check(false);
 }
 

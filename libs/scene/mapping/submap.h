@@ -208,7 +208,8 @@ class Submap {
   // Whether another map may win a photo, or enough matches to stay; whether it stayed.
   bool MayWin(const Batch& batch, const MatchAgreement& now) const;
   bool TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink);
-  void ReplaceByRebuilt(const Submap& anew, const EventSink& sink);
+  // Takes the place of this map, in its frame.
+  void ReplaceByRebuilt(Submap* anew, const EventSink& sink);
 
   PhotoEvent RegisteredEvent(ImageId id, const PoseEstimate& estimate) const;
 

@@ -70,7 +70,7 @@ Status CheckOnePlace(const Submap& submap, const Reconstruction& source,
   return FailedPrecondition("visually similar places: " + places.reason);
 }
 
-// What became of comparing the two.
+// Outcome of comparing the two.
 struct Comparison {
   Status status;                     // why they stay apart
   bool shows_another_place = false;  // visually similar places are why

@@ -98,7 +98,7 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
   EXPECT_EQ(of_three_with(Pair(60, kCalibrated, 0.1F)), Cause::kWeakOverlap);
 }
 
-// Of a turntable the background may look like a rotation (matching/overlay.h).
+// A turntable's background may look like a rotation (matching/overlay.h).
 TEST_F(DiagnosisTest, OfOneSpotTheRemedyHelpsBeforeATurntableToo) {
   TestLedger ledger;
   for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
