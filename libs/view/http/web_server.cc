@@ -412,7 +412,7 @@ void WebServer::Impl::Handle(int64_t connection_id, const HttpRequest& request) 
   }
   const BodySink::Next answer =
       OnServer(connection_id, [](HttpConnection& connection, std::optional<HttpResponse> response) {
-        connection.Answer(std::move(*response));
+        connection.Answer(std::move(response).value());
       });
   const Status handled = Attempt(
       [&] { handler_(request, [answer](HttpResponse response) { answer(std::move(response)); }); });
