@@ -514,7 +514,8 @@ flock -n 9 || die "another skein launch runs on $session"
 [[ -z $ready_file ]] || : >"$ready_file"
 rm -f "$session/run/web_public" # of an earlier launch, or of who sent the folder
 [[ -n $join ]] || note_launched --lcm-url "$url" # the folder of workers is no session
-[[ $join != skein://* ]] || (umask 077 && echo "$join" >"$session/run/invitation")
+# A file that is there would keep its mode, and with it those who read it.
+[[ $join != skein://* ]] || (rm -f "$session/run/invitation" && umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
 stopping=0 interrupted=0
 trap 'interrupted=1' INT TERM HUP

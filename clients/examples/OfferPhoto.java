@@ -154,6 +154,7 @@ public class OfferPhoto implements LCMSubscriber {
     try {
       final byte[] message = new byte[in.available()];
       in.readFully(message);
+      if (!isFromIngest(channel, message)) return;
       if (channel.equals("SKEIN_IMAGE_ACK")) onAck(message);
       else onRequest(new blob_request_t(message));
     } catch (Exception error) {
@@ -165,7 +166,7 @@ public class OfferPhoto implements LCMSubscriber {
     final image_ack_t ack = new image_ack_t(message);
     if (!ack.session_id.equals(offer.session_id) || !ack.agent.equals(offer.agent)) return;
     if (!ack.name.equals(offer.name) || !ack.blob_id.equals(offer.blob_id)) return;
-    if (ack.status == image_ack_t.WAIT || !isFromIngest("SKEIN_IMAGE_ACK", message)) return;
+    if (ack.status == image_ack_t.WAIT) return;
     decided = ack;
     notifyAll();
   }

@@ -212,8 +212,10 @@ class Agent {
                 static_cast<long>(ack->image_id), ack->reason.c_str());
   }
 
-  void OnRequest(const lcm::ReceiveBuffer*, const std::string&,
+  // Ingest's alone: others' requests would have the agent sign whatever they name.
+  void OnRequest(const lcm::ReceiveBuffer* buffer, const std::string& channel,
                  const skein::blob_request_t* request) {
+    if (!IsFromIngest(channel, buffer)) return;
     if (request->session_id != offer_.session_id || request->owner != offer_.owner) return;
     if (request->blob_id != offer_.blob_id || request->max_chunk_bytes <= 0) return;
     const int64_t step = std::min<int64_t>(request->max_chunk_bytes, 24 << 10);

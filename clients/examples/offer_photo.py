@@ -82,8 +82,8 @@ class UdpmBus:
         except TimeoutError:
             return None
         channel, zero, message = datagram[8:].partition(b'\0')
-        is_taken = datagram[:4] == b'LC02' and zero and channel.decode('ascii', 'replace') in self.channels
-        return (channel.decode(), message) if is_taken else None
+        name = channel.decode('ascii', 'replace')
+        return (name, message) if datagram[:4] == b'LC02' and zero and name in self.channels else None
 
 
 class TcpqBus:
@@ -144,7 +144,7 @@ class TcpqBus:
         if not frame:
             return None
         message_at = 8 + struct.unpack_from('>I', frame, 4)[0]
-        return frame[8:message_at].decode(), frame[message_at + 4:]
+        return frame[8:message_at].decode('ascii', 'replace'), frame[message_at + 4:]
 
 
 class Agent:
@@ -170,11 +170,14 @@ class Agent:
                 self.publish(self.main, 'SKEIN_IMAGE_OFFER', self.offer)
                 due = time.monotonic() + 0.5
             channel, message = self.main.receive(0.1) or ('', b'')
+            # Before it is decoded: whoever hears the network can say anything, on any channel.
+            if not self.is_from_ingest(channel, message):
+                continue
             if channel == 'SKEIN_BLOB_REQUEST':
                 self.on_request(blob_request_t.decode(message))
             elif channel == 'SKEIN_IMAGE_ACK':
                 ack = image_ack_t.decode(message)
-                if self.decides(ack) and self.is_from_ingest(channel, message):
+                if self.decides(ack):
                     return ack
 
     def publish(self, bus, channel, message):

@@ -76,9 +76,10 @@ class DenseFolder {
       Status status = WritePng(depths_.maps[i].depth, folder / (file + ".png"), &scale);
       if (status.ok()) status = WriteImage(depths_.maps[i].depth, folder / (file + ".pfm"));
       if (status.ok()) status = WriteImage(depths_.maps[i].error, folder / (file + ".error.pfm"));
-      if (status.ok()) status = WriteMask(i, folder);
+      std::string mask;
+      if (status.ok()) status = WriteMask(i, file, folder, &mask);
       if (!status.ok()) return status;
-      photos.push_back(Describe(i, file, scale));
+      photos.push_back(Describe(i, file, mask, scale));
     }
     return WriteFileAtomic((folder / "cameras.json").string(),
                            nlohmann::json{{"photos", photos}}.dump(1) + "\n");
@@ -95,25 +96,30 @@ class DenseFolder {
     return WriteImage(levels, path);
   }
 
-  // In a folder of masks COLMAP looks for the photo's name.
-  std::string MaskPath(size_t i) const { return "masks/" + scene_.names[i] + ".png"; }
-
-  Status WriteMask(size_t i, const fs::path& folder) const {
-    const fs::path path = folder / MaskPath(i);
-    const Status made = CreateFoldersBelow(folder, path.parent_path());
-    if (!made.ok()) return made;
+  // In a folder of masks COLMAP looks for the photo's name. `path`: below `folder`; that of `file`
+  // where no file can have the photo's name and an ending, as it is too long or names a folder.
+  Status WriteMask(size_t i, const std::string& file, const fs::path& folder,
+                   std::string* path) const {
     const cv::Size photo(scene_.lenses[i].width, scene_.lenses[i].height);
     cv::Mat1b mask;
     cv::resize(depths_.masks[i], mask, photo, 0, 0, cv::INTER_NEAREST);
-    return WriteImage(mask, path);
+    Status written;
+    for (const std::string& name : {scene_.names[i], file}) {
+      *path = "masks/" + name + ".png";
+      written = CreateFoldersBelow(folder, (folder / *path).parent_path());
+      if (written.ok()) written = WriteImage(mask, folder / *path);
+      if (written.ok()) break;
+    }
+    return written;
   }
 
-  nlohmann::json Describe(size_t i, const std::string& file, double scale) const {
+  nlohmann::json Describe(size_t i, const std::string& file, const std::string& mask,
+                          double scale) const {
     const DepthCamera& camera = depths_.maps[i].camera;
     const DepthPose& pose = depths_.maps[i].cam_from_world;
     return {{"name", scene_.names[i]},
             {"file", file},
-            {"mask", MaskPath(i)},
+            {"mask", mask},
             {"png_scale", scale},
             {"width", camera.width},
             {"height", camera.height},

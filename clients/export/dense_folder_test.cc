@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -149,6 +150,30 @@ TEST_F(DenseFolderTest, EachPhotoHasAMaskOfItsNameAndSize) {
     const int64_t num_black = static_cast<int64_t>(mask.total()) - cv::countNonZero(mask);
     EXPECT_EQ(num_black, 4 * cameras["photos"][i]["depths"]["contradicted"].get<int64_t>());
     EXPECT_EQ(cv::countNonZero(mask == 255), cv::countNonZero(mask));
+  }
+}
+
+// Agents choose names: of one photo the mask's name is too long, of two others it is a folder's.
+TEST_F(DenseFolderTest, NoNameOfAPhotoHoldsUpTheOthers) {
+  Reconstruction model = WallModel();
+  const std::string long_name = "mallory/" + std::string(250, 'x') + ".jpg";
+  const std::vector<std::string> names = {"mallory/a", "mallory/a.png/b", long_name, NameOf(3)};
+  for (size_t i = 0; i < names.size(); ++i) {
+    model.Image(static_cast<ImageId>(i + 1)).SetName(names[i]);
+  }
+  const auto photo = [&](const std::string& name) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    return Photo(NameOf(static_cast<size_t>(found - names.begin())));
+  };
+  DenseOptions options;
+  options.formats = {kDepth};
+  const Result<DenseFigures> figures = WriteDenseFolder(
+      model, options, photo, [] {}, folder_.path());
+  ASSERT_TRUE(figures.ok()) << figures.error();
+  const nlohmann::json cameras = ReadJson("depth/cameras.json");
+  for (const nlohmann::json& each : cameras["photos"]) {
+    const auto mask = folder_.path() / "depth" / each["mask"].get<std::string>();
+    EXPECT_TRUE(std::filesystem::is_regular_file(mask)) << each["name"];
   }
 }
 

@@ -751,4 +751,19 @@ TEST(ReadBack, TrainingFoldersSayWhatIsMissing) {
             "photo alice/0.png has 20 x 10 pixels, its camera in the model 640 x 480");
 }
 
+// Of 12 GB, for a camera of which the file alone tells.
+TEST(ReadBack, NoMemoryIsTakenForACameraWhosePhotosHaveAnotherSize) {
+  Reconstruction model = Scene({kSimpleRadial}).model();
+  Camera& camera = model.Camera(model.Image(model.RegImageIds().front()).CameraId());
+  camera.InitializeWithName("SIMPLE_RADIAL", 40'000, 40'000, 40'000);
+  camera.SetParams({40'000, 20'000, 20'000, -5});  // its distortion has borders
+  const TestFolder folder;
+  const Status written = WriteTrainingFolder(
+      model, {kNerfstudio}, [](const std::string&) { return cv::Mat3b(480, 640); }, [] {},
+      folder.path());
+  EXPECT_NE(written.error().find("640 x 480 pixels, its camera in the model 40000 x 40000"),
+            std::string::npos)
+      << written.error();
+}
+
 }  // namespace skein::read_back_test

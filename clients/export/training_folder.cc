@@ -24,15 +24,18 @@ class TrainingFolder {
       : model_(model), photos_(photos), on_photo_(on_photo), folder_(folder) {}
 
   Status Write(const std::set<std::string>& formats) {
-    if (Status status = FindBorders(); !status.ok()) return status;
+    Status status = CheckSizes();
+    if (status.ok()) status = FindBorders();
+    if (!status.ok()) return status;
     names_ = FlatNames(model_, has_borders_ ? ".png" : ".jpg");
     fs::create_directories(folder_ / "images");
     if (has_borders_) fs::create_directories(folder_ / "masks");
     for (const auto& [camera_id, image_ids] : PhotosByCamera()) {
-      if (Status status = WritePhotos(camera_id, image_ids); !status.ok()) return status;
+      status = WritePhotos(camera_id, image_ids);
+      if (!status.ok()) return status;
     }
     RenameImages(names_, &undistorted_);
-    Status status = WriteNames(model_, names_, folder_ / "images.names.txt");
+    status = WriteNames(model_, names_, folder_ / "images.names.txt");
     if (status.ok() && formats.count(kNerfstudio) > 0) status = WriteTransforms();
     if (status.ok() && formats.count(kGaussianSplatting) > 0) status = WriteSparse();
     return status;
@@ -47,6 +50,16 @@ class TrainingFolder {
       photos[model_.Image(id).CameraId()].push_back(id);
     }
     return photos;
+  }
+
+  // A camera's size is believed once a photo has it: memory is taken by it.
+  Status CheckSizes() const {
+    for (const auto& [camera_id, image_ids] : PhotosByCamera()) {
+      const std::string& name = model_.Image(image_ids.front()).Name();
+      const Result<cv::Mat3b> photo = ReadPhoto(photos_, name, model_.Camera(camera_id));
+      if (!photo.ok()) return photo.status();
+    }
+    return Status::Ok();
   }
 
   // Before the first photo is written: its name depends on it.

@@ -20,6 +20,7 @@
 #include "clients/scale/engine_thread.h"
 #include "clients/scale/worker_demand.h"
 #include "clients/scale/worker_pool.h"
+#include "clients/store/session_admit.h"
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "core/counted.h"
@@ -103,6 +104,16 @@ std::vector<std::string> LaunchOptions(const ScaleOptions& options) {
 }
 
 void Tell(const std::string& line) { std::cout << "skein scale: " << line << std::endl; }
+
+// The engine's scripts write to run/scale by the shell, which follows links. Throws
+// std::runtime_error.
+Session AdmittedSession(const std::string& folder) {
+  Result<Session> session = OpenSession(folder);
+  if (!session.ok()) throw std::runtime_error(session.error());
+  const Status admitted = AdmitSession(session->paths, false).status();
+  if (!admitted.ok()) throw std::runtime_error(admitted.error());
+  return *std::move(session);
+}
 
 // Two of them would take each other's workers for their own. Held until this process ends.
 FileDescriptor LockOf(const Session& session, const std::filesystem::path& folder) {
@@ -283,16 +294,15 @@ int RunScale(int argc, char** argv) {
     std::cerr << "skein scale: " << error.what() << std::endl;
     return kExitUsage;
   }
+  const Session session = AdmittedSession(options.client.session_dir);
   const auto node = MakeClientNode("scale", Role::kViewer, options.client);
-  const Result<Session> session = OpenSession(options.client.session_dir);
-  if (!session.ok()) throw std::runtime_error(session.error());
   const std::filesystem::path folder =
-      std::filesystem::absolute(session->paths.root) / "run" / "scale";
-  const FileDescriptor lock = LockOf(*session, folder);
-  ::setenv("SKEIN_SESSION_ID", session->session_id.c_str(), 1);
+      std::filesystem::absolute(session.paths.root) / "run" / "scale";
+  const FileDescriptor lock = LockOf(session, folder);
+  ::setenv("SKEIN_SESSION_ID", session.session_id.c_str(), 1);
   ::setenv("SKEIN_SCALE_FOLDER", folder.c_str(), 1);
   ::setenv("SKEIN_WORKER_CORES", std::to_string(options.cores).c_str(), 1);
-  Scaler scaler(*node, *session, UrlOf(*node, options), options);
+  Scaler scaler(*node, session, UrlOf(*node, options), options);
   scaler.CheckEngine();
   node->loop().Run();
   scaler.EndWorkers();

@@ -8,11 +8,8 @@
 namespace skein {
 namespace {
 
-constexpr uint64_t kMaxSidePx = 1'000'000;
-
 std::optional<Camera> SoundCamera(const ShapeCamera& shape) {
-  const auto is_side = [](uint64_t side) { return side >= 1 && side <= kMaxSidePx; };
-  if (!is_side(shape.width) || !is_side(shape.height) ||
+  if (!IsCameraSide(shape.width) || !IsCameraSide(shape.height) ||
       !AreParamsOfModel(shape.model_id, shape.params)) {
     return std::nullopt;
   }

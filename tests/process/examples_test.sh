@@ -28,6 +28,19 @@ encrypted=$("$SKEIN_BUILD/bin/skein" invite --session "$session" --role agent 2>
 grep -q "LCM's library has no TLS" "$workspace/said" || fail "unclear: $(cat "$workspace/said")"
 
 python=/usr/bin/python3 # Debian's, which has Debian's packages
+
+# Somebody who hears the network: what is no message at all, on a channel that the agents hear.
+if [[ $url =~ ^udpm://([0-9.]+):([0-9]+) ]]; then
+  "$python" - "${BASH_REMATCH[1]}" "${BASH_REMATCH[2]}" <<'PY' &
+import os, socket, sys, time
+out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+test = os.getppid()
+while os.getppid() == test:
+    out.sendto(b'LC02\0\0\0\1SKEIN_BLOB_REQUEST\0no message', (sys.argv[1], int(sys.argv[2])))
+    time.sleep(0.02)
+PY
+fi
 if "$python" -c 'import nacl.signing' 2>/dev/null; then
   lcm-gen -p --ppath "$workspace/types" "$SKEIN_ROOT"/lcmtypes/*.lcm || fail "lcm-gen -p"
   export PYTHONPATH=$workspace/types PYTHONDONTWRITEBYTECODE=1

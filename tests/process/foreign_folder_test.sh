@@ -185,6 +185,18 @@ copy_own
 [[ $(head -n 1 "$session/run/lcm_url") == "$url" ]] || fail "launch.sh does not note its URL"
 echo "a folder leads to no other host"
 
+# `skein scale` starts workers by the shell, which writes their logs and process ids to run/scale.
+for entry in run/scale/w123.log run/scale/lock run/scale; do
+  copy_own
+  mkdir -p "$session/$(dirname "$entry")"
+  ln -s "$outside/bashrc" "$session/$entry"
+  before=$(outside_state)
+  timeout 20 "$skein" scale --session "$session" --lcm-url "$url" --max 1 >"$workspace/said" 2>&1 && fail "skein scale goes by $entry, a link"
+  grep -q 'is a symbolic link, which a session does not hold' "$workspace/said" || fail "skein scale, $entry: $(cat "$workspace/said")"
+  [[ $(outside_state) == "$before" ]] || fail "skein scale, $entry: something outside of the folder was changed"
+done
+echo "skein scale goes by no link"
+
 # Row 5: a ledger that does more than hold facts.
 copy_own
 sqlite3 "$session/ledger.db" 'CREATE TRIGGER t AFTER INSERT ON facts BEGIN DELETE FROM facts; END'

@@ -275,4 +275,14 @@ none_runs || fail "started before there is a relay"
 wait_until 20 "the workers join" test -s "$workspace/joined"
 [[ ! -e $workspace/joins/run/lcm_url ]] || fail "a folder of workers is noted as a session"
 stop_services
+
+# The link is the role: a file that lay there for all to read does not get it.
+(umask 022 && echo sent >"$workspace/joins/run/invitation")
+"$SKEIN_ROOT/scripts/launch.sh" --join "skein://127.0.0.1:$port/tcpq/0123456789abcdef/worker/name/code" --session "$workspace/joins" \
+  --build "$workspace" --ready-file "$workspace/joined" >"$workspace/joins.out" 2>&1 &
+launch_pid=$!
+wait_until 20 "the workers join by a link" test -s "$workspace/joined"
+grep -q '^skein://' "$workspace/joins/run/invitation" || fail "no link in run/invitation"
+[[ $(stat -c %a "$workspace/joins/run/invitation") == 600 ]] || fail "others can read run/invitation"
+stop_services
 wait_until 10 "all stop" none_runs

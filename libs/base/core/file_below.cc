@@ -25,6 +25,8 @@ Status LastError(const std::string& what, const fs::path& path) {
 }
 
 constexpr size_t kHashPieceBytes = 1 << 20;
+// Of a temporary name: file systems take 255 bytes, and the rest tells it from others.
+constexpr size_t kMaxStemBytes = 200;
 constexpr char kSecondName[] = "a file with a second name";
 
 std::string KindOf(mode_t mode) {
@@ -207,7 +209,7 @@ Status WriteFileBelow(const fs::path& root, const fs::path& path, const void* da
   const Result<Place> place = PlaceOf(root, path);
   if (!place.ok()) return place.status();
   const int folder = place->folder.get();
-  const std::string temporary = TemporaryName(place->name);
+  const std::string temporary = TemporaryName(place->name.substr(0, kMaxStemBytes));
   Status status =
       WriteTemporary(folder, temporary, path.parent_path() / temporary, data, size, mode);
   if (status && ::renameat(folder, temporary.c_str(), folder, place->name.c_str()) != 0) {

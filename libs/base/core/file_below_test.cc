@@ -200,4 +200,11 @@ TEST_F(FileBelowTest, HashesAFileAndWhatIsBeforeItsEnd) {
   EXPECT_EQ(*HashFileBelow(root_, root_ / "large"), HashBytes(large.data(), large.size()));
 }
 
+TEST_F(FileBelowTest, WritesANameAsLongAsFileSystemsTake) {
+  const fs::path file = root_ / std::string(255, 'x');
+  const Status written = WriteFileBelow(root_, file, Bytes{1, 2});
+  EXPECT_TRUE(written.ok()) << written.error();
+  EXPECT_EQ(fs::file_size(file), 2u);
+}
+
 }  // namespace skein::file_below_test

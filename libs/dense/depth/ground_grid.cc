@@ -31,6 +31,14 @@ Span SpanOf(std::vector<float>* values) {
   return {at(kBeyondGrid), at(1 - kBeyondGrid)};
 }
 
+// Least side c with (width / c + 1) (height / c + 1) <= most_cells: the positive root of
+// (most_cells - 1) c^2 - (width + height) c - width height. Without the cells at the borders a
+// grid one cell high would have no bound.
+double LeastCell(double width, double height, double most_cells) {
+  const double sum = width + height, rest = most_cells - 1;
+  return (sum + std::sqrt(sum * sum + 4 * rest * width * height)) / (2 * rest);
+}
+
 class GridMaker {
  public:
   GridMaker(const std::vector<ColouredMap>& maps, const Eigen::Isometry3d& level_from_model,
@@ -71,7 +79,7 @@ class GridMaker {
     if (x.empty() || !(grid_.cell > 0)) return false;
     const Span east = SpanOf(&x), north = SpanOf(&y);
     const double width = east.high - east.low, height = north.high - north.low;
-    grid_.cell = std::max(grid_.cell, std::sqrt(width * height / most_cells_));
+    grid_.cell = std::max(grid_.cell, LeastCell(width, height, most_cells_));
     grid_.west = east.low;
     grid_.north = north.high;
     const cv::Size size(1 + static_cast<int>(width / grid_.cell),

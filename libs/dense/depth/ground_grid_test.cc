@@ -124,6 +124,17 @@ TEST(GroundGrid, TooManyCellsBecomeLarger) {
   EXPECT_NEAR(grid.cell, 0.1, 0.02);
 }
 
+// As long as no memory holds it, and lower than a cell: of a model that was made so.
+TEST(GroundGrid, ALineOfPointsHasNoMoreCells) {
+  Flight a(0);
+  for (size_t i = 0; i < a.points.size(); ++i) {
+    a.points[i].position = {1e6f * static_cast<float>(i), 0, 0};
+  }
+  const GroundGrid grid = MakeGroundGrid({a.Coloured()}, kLevelModel, 0.1, 1e4);
+  EXPECT_FALSE(grid.height.empty());
+  EXPECT_LE(grid.height.total(), 10001);
+}
+
 TEST(GroundGrid, IsEmptyWithoutPoints) {
   Flight a(0);
   a.points.clear();

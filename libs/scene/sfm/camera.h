@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ constexpr int kSimplePinhole = 0;  // f, cx, cy
 constexpr int kPinhole = 1;        // fx, fy, cx, cy
 constexpr int kSimpleRadial = 2;   // f, cx, cy, k
 constexpr int kRadial = 3;         // f, cx, cy, k1, k2
+
+// Whether a camera has sides of so many pixels: from 1 to a million.
+constexpr bool IsCameraSide(uint64_t side_px) { return side_px >= 1 && side_px <= 1'000'000; }
 
 bool ExistsCameraModel(int model_id);
 bool ExistsCameraModel(const std::string& name);

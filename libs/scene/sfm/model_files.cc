@@ -127,7 +127,7 @@ class TextReader {
     std::string name;
     size_t width = 0, height = 0;
     if (!(in >> id >> name >> width >> height) || !ExistsCameraModel(name) ||
-        model_.ExistsCamera(id)) {
+        !IsCameraSide(width) || !IsCameraSide(height) || model_.ExistsCamera(id)) {
       return false;
     }
     Camera camera;
@@ -151,7 +151,8 @@ class TextReader {
     std::string name;
     if (!(in >> id >> qvec[0] >> qvec[1] >> qvec[2] >> qvec[3] >> tvec[0] >> tvec[1] >> tvec[2] >>
           camera_id >> name) ||
-        !(qvec.norm() > 1e-6) || model_.ExistsImage(id) || !model_.ExistsCamera(camera_id)) {
+        !IsImageName(name) || !(qvec.norm() > 1e-6) || model_.ExistsImage(id) ||
+        !model_.ExistsCamera(camera_id)) {
       return false;
     }
     Image image;
@@ -187,9 +188,9 @@ class TextReader {
     Track track;
     TrackElement element;
     while (in >> element.image_id >> element.point2D_idx) {
-      if (!CanContinue(model_, track, element)) return false;
       track.AddElement(element);
     }
+    if (!CanBeAdded(model_, track)) return false;
     const Point3DId added = model_.AddPoint3D(
         xyz, std::move(track), Eigen::Map<const Eigen::Vector3i>(rgb).cast<uint8_t>());
     model_.Point3D(added).SetError(error);

@@ -4,8 +4,12 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/bytes.h"
+#include "core/utf8.h"
 #include "sfm/camera.h"
 #include "sfm/pose.h"
 
@@ -111,7 +115,7 @@ class Decoder {
     uint64_t width = 0, height = 0;
     if (!reader->Get(&id) || !reader->Get(&model) || !reader->Get(&width) ||
         !reader->Get(&height) || id == kInvalidCameraId || !ExistsCameraModel(model) ||
-        reconstruction_.ExistsCamera(id)) {
+        !IsCameraSide(width) || !IsCameraSide(height) || reconstruction_.ExistsCamera(id)) {
       return false;
     }
     skein::Camera camera;
@@ -144,7 +148,7 @@ class Decoder {
     image.SetTvec(tvec);
     std::string name;
     std::vector<Eigen::Vector2d> points;
-    if (!Name(reader, &name) || !Points2D(reader, &points)) return false;
+    if (!Name(reader, &name) || !IsImageName(name) || !Points2D(reader, &points)) return false;
     image.SetName(name);
     image.SetPoints2D(points);
     reconstruction_.AddImage(std::move(image));
@@ -186,9 +190,9 @@ class Decoder {
       TrackElement element;
       reader->Get(&element.image_id);
       reader->Get(&element.point2D_idx);
-      if (!CanContinue(reconstruction_, track, element)) return false;
       track.AddElement(element);
     }
+    if (!CanBeAdded(reconstruction_, track)) return false;
     const Point3DId added = reconstruction_.AddPoint3D(xyz, std::move(track), color);
     reconstruction_.Point3D(added).SetError(error);
     return true;
@@ -245,15 +249,32 @@ std::vector<Point3DId> AscendingPoints(const Reconstruction& reconstruction) {
   return ids;
 }
 
-bool CanContinue(const Reconstruction& reconstruction, const Track& track,
-                 const TrackElement& element) {
-  const auto& elements = track.Elements();
-  return reconstruction.ExistsImage(element.image_id) &&
-         element.point2D_idx < reconstruction.Image(element.image_id).NumPoints2D() &&
-         !reconstruction.Image(element.image_id).Point2D(element.point2D_idx).HasPoint3D() &&
-         std::none_of(elements.begin(), elements.end(), [&](const TrackElement& other) {
-           return other.image_id == element.image_id && other.point2D_idx == element.point2D_idx;
-         });
+bool CanBeAdded(const Reconstruction& reconstruction, const Track& track) {
+  const auto is_free = [&](const TrackElement& element) {
+    return reconstruction.ExistsImage(element.image_id) &&
+           element.point2D_idx < reconstruction.Image(element.image_id).NumPoints2D() &&
+           !reconstruction.Image(element.image_id).Point2D(element.point2D_idx).HasPoint3D();
+  };
+  std::vector<std::pair<ImageId, Point2DIdx>> keypoints;
+  keypoints.reserve(track.Length());
+  for (const TrackElement& element : track.Elements()) {
+    if (!is_free(element)) return false;
+    keypoints.emplace_back(element.image_id, element.point2D_idx);
+  }
+  std::sort(keypoints.begin(), keypoints.end());
+  return std::adjacent_find(keypoints.begin(), keypoints.end()) == keypoints.end();
+}
+
+bool IsImageName(const std::string& name) {
+  const auto is_control = [](unsigned char c) { return c < 0x20 || c == 0x7f; };
+  if (!IsUtf8(name) || std::any_of(name.begin(), name.end(), is_control)) return false;
+  for (size_t begin = 0; begin <= name.size();) {
+    const size_t end = std::min(name.find('/', begin), name.size());
+    const std::string part = name.substr(begin, end - begin);
+    if (part.empty() || part == "." || part == "..") return false;
+    begin = end + 1;
+  }
+  return true;
 }
 
 ModelArchive EncodeModel(const Reconstruction& reconstruction) {

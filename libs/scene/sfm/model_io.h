@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/result.h"
 #include "formats/formats.h"
 #include "sfm/reconstruction.h"
@@ -19,9 +21,13 @@ Result<Reconstruction> DecodeModel(ModelArchive&& archive);
 // Ids of the cameras that registered images use, and of all points; ascending.
 std::vector<CameraId> UsedCameras(const Reconstruction& reconstruction);
 std::vector<Point3DId> AscendingPoints(const Reconstruction& reconstruction);
-// Whether the element is a keypoint of the model that observes no point and is not in the track.
-bool CanContinue(const Reconstruction& reconstruction, const Track& track,
-                 const TrackElement& element);
+// Whether the track's elements are keypoints of the model that observe no point, none of them
+// twice. O(n log n) for n elements: files of others may hold a track of millions.
+bool CanBeAdded(const Reconstruction& reconstruction, const Track& track);
+// Whether the name leads to a file below a folder: UTF-8 without control characters, no absolute
+// path, no empty part, "." or "..". Exports hand names on to programs that read and
+// write by them.
+bool IsImageName(const std::string& name);
 
 // Same result as encoding and decoding, without either: the registered images and their cameras;
 // the points get new ids, in the order of the old ones.

@@ -1,5 +1,6 @@
 #include "web/downloads.h"
 
+#include <iterator>
 #include <map>
 #include <memory>
 #include <optional>
@@ -32,6 +33,16 @@ class DownloadSlot {
   std::atomic<bool> freed_{false};
 };
 
+// Three formats, with the place on earth and without it, and two of models that are older by now.
+constexpr size_t kMostFiles = 8;
+
+std::string ContentOf(const std::string& name, bool georeferenced,
+                      const std::vector<std::string>& blobs) {
+  std::string content = name + (georeferenced ? " georeferenced" : "");
+  for (const std::string& blob : blobs) content += " " + blob;
+  return content;
+}
+
 using Positions = decltype(PositionsOf(SessionState()));
 
 // Error, the reasons: none can be placed.
@@ -47,6 +58,24 @@ Status Place(const Positions& positions, std::vector<ExportModel>* models) {
 }  // namespace
 
 Downloads::Downloads(const SessionView& view, BlobFetcher& blobs) : view_(view), blobs_(blobs) {}
+
+HttpResponse Downloads::Answer(const std::string& name, FolderPtr folder) {
+  HttpResponse response;
+  response.download_name = name;
+  response.content_type = ContentTypeOf(name);
+  response.file_root = folder->path();
+  response.file = folder->path() / name;
+  response.keep = std::move(folder);
+  return response;
+}
+
+Downloads::FolderPtr Downloads::Find(const std::string& content) {
+  for (auto sent = sent_.begin(); sent != sent_.end();) {
+    sent = sent->second.expired() ? sent_.erase(sent) : std::next(sent);
+  }
+  const auto found = sent_.find(content);
+  return found == sent_.end() ? nullptr : found->second.lock();
+}
 
 void Downloads::Handle(const PathParts& parts, const HttpRequest& request, Respond respond) {
   static const std::map<std::string, std::string> formats = {
@@ -71,39 +100,40 @@ void Downloads::Handle(const PathParts& parts, const HttpRequest& request, Respo
   const bool georeferenced = request.query.count("georeferenced") > 0;
   // The largest model, or of those that can be placed.
   if (format->second == "ply" && !georeferenced) wanted.resize(1);
+  const std::string content = ContentOf(format->first, georeferenced, wanted);
+  if (FolderPtr sent = Find(content)) return respond(Answer(format->first, std::move(sent)));
+  if (sent_.size() >= kMostFiles) {
+    return respond(HttpError(503, "too many downloads are being sent: try again in a minute"));
+  }
   Positions positions;
   if (georeferenced) {
     positions = view_.With([](const SessionRecord& session) { return PositionsOf(session.state); });
   }
-  blobs_.FetchAll(
-      wanted, "ingest", respond,
-      [models, format, georeferenced, positions, respond](const BlobFetcher::Blobs& blobs) {
-        std::vector<ExportModel> read;
-        for (const submap_model_t& model : models) {
-          const auto archive = blobs.find(model.model_blob);
-          if (archive == blobs.end()) continue;
-          Result<ExportModel> one = ReadModelArchive(model, archive->second);
-          if (!one.ok()) return AnswerError(respond, one.status());
-          read.push_back(std::move(*one));
-        }
-        if (georeferenced) {
-          if (Status placed = Place(positions, &read); !placed.ok()) {
-            return AnswerError(respond, placed);
-          }
-        }
-        HttpResponse response;
-        response.download_name = format->first;
-        response.content_type = ContentTypeOf(format->first);
-        auto folder = std::make_shared<const TemporaryFolder>();
-        response.file_root = folder->path();
-        response.file = folder->path() / format->first;
-        const Status made = format->second == "ply"
-                                ? WriteModel(*read.front().reconstruction, "ply", folder->path())
-                                : WriteModelsZip(read, format->second, response.file);
-        if (!made.ok()) return AnswerError(respond, made);
-        response.keep = std::move(folder);
-        respond(std::move(response));
-      });
+  blobs_.FetchAll(wanted, "ingest", respond,
+                  [this, models, format, georeferenced, positions, content,
+                   respond](const BlobFetcher::Blobs& blobs) {
+                    std::vector<ExportModel> read;
+                    for (const submap_model_t& model : models) {
+                      const auto archive = blobs.find(model.model_blob);
+                      if (archive == blobs.end()) continue;
+                      Result<ExportModel> one = ReadModelArchive(model, archive->second);
+                      if (!one.ok()) return AnswerError(respond, one.status());
+                      read.push_back(std::move(*one));
+                    }
+                    if (georeferenced) {
+                      if (Status placed = Place(positions, &read); !placed.ok()) {
+                        return AnswerError(respond, placed);
+                      }
+                    }
+                    FolderPtr folder = std::make_shared<const TemporaryFolder>();
+                    const Status made =
+                        format->second == "ply"
+                            ? WriteModel(*read.front().reconstruction, "ply", folder->path())
+                            : WriteModelsZip(read, format->second, folder->path() / format->first);
+                    if (!made.ok()) return AnswerError(respond, made);
+                    sent_[content] = folder;
+                    respond(Answer(format->first, std::move(folder)));
+                  });
 }
 
 }  // namespace skein

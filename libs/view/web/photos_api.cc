@@ -156,6 +156,8 @@ void PhotosApi::GetMatch(int64_t image_id, int64_t other_id, Respond respond) {
     if (!mine.ok()) return AnswerError(respond, mine.status());
     if (!others.ok()) return AnswerError(respond, others.status());
     json points = json::array();
+    // A keypoint has one match: more are no pair's, and take a hundred times their blob's bytes.
+    const size_t most = mine->size() + others->size();
     for (const std::string& blob : found.pair_blobs) {
       const Result<TwoViewPairs> pairs = DecodeTwoViewPairs(blobs.at(blob));
       if (!pairs.ok()) return AnswerError(respond, pairs.status());
@@ -165,6 +167,9 @@ void PhotosApi::GetMatch(int64_t image_id, int64_t other_id, Respond respond) {
         for (const auto& [index, other_index] : pair.inliers) {
           const uint32_t a = of_mine ? index : other_index, b = of_mine ? other_index : index;
           if (a >= mine->size() || b >= others->size()) continue;
+          if (points.size() == most) {
+            return AnswerError(respond, DataLoss("more matches than keypoints"));
+          }
           json point = PointJson((*mine)[a]);
           for (const json& value : PointJson((*others)[b])) point.push_back(value);
           points.push_back(std::move(point));

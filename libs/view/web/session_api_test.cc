@@ -99,14 +99,14 @@ class SessionApiTest : public ::testing::Test {
     image->longitude_deg = 11 + centre.x() / 74'400;
     image->altitude_m = 500 - centre.y();
   }
-  void AddModel() {
+  void AddModel(const std::string& ending = ".jpg") {
     submap_model_t model{};
     model.submap_id = kSubmap;
     model.kind = submap_model_t::FINAL;
     model.num_images = 8;
     Reconstruction written = map_.reconstruction();
     for (const ImageId id : written.RegImageIds()) {
-      written.Image(id).SetName("alice/" + std::to_string(id) + ".jpg");
+      written.Image(id).SetName("alice/" + std::to_string(id) + ending);
     }
     model.model_blob = Keep(EncodeModelArchive(EncodeModel(written)));
     Commit(model);
@@ -514,6 +514,46 @@ TEST_F(SessionApiTest, ModelsCanBeSaved) {
   EXPECT_FALSE(std::filesystem::exists(kept)) << "it goes once it was sent";
   EXPECT_EQ(Get("/download/nerfstudio.zip").status, 200);
   EXPECT_EQ(StatusOf("/download/other"), 404);
+}
+
+// Of a worker, or of a folder that was sent: 8 bytes a match, and a hundred in the answer.
+TEST_F(SessionApiTest, RefusesMoreMatchesThanAPhotoHasKeypoints) {
+  matches_t matches{};
+  for (size_t i = 0; i < scene_.pairs.size() && matches.num_pairs == 0; ++i) {
+    if (scene_.pairs[i].empty()) continue;
+    TwoViewPair pair = scene_.pairs[i].front();
+    pair.inliers.assign(100'000, pair.inliers.front());
+    two_view_t told{};
+    told.other_id = pair.other_id;
+    told.num_inliers = 100'000;
+    matches.image_id = static_cast<int64_t>(i) + 1;
+    matches.pairs = {told};
+    matches.num_pairs = 1;
+    matches.pairs_blob = Keep(EncodeTwoViewPairs({pair}));
+  }
+  ASSERT_EQ(matches.num_pairs, 1);
+  Commit(matches);
+  const HttpResponse answer = Get("/api/photos/" + std::to_string(matches.image_id) + "/matches/" +
+                                  std::to_string(matches.pairs.front().other_id));
+  EXPECT_NE(answer.status, 200);
+  EXPECT_LT(answer.text.size(), 1000u);
+}
+
+// A guest who takes each file slowly, over many connections.
+TEST_F(SessionApiTest, ADownloadThatIsBeingSentTakesNoRoomTwice) {
+  std::vector<HttpResponse> sent;
+  for (int i = 0; i < 64; ++i) sent.push_back(Get("/download/model.zip"));
+  for (const HttpResponse& each : sent) EXPECT_EQ(each.file, sent.front().file);
+  // Models that are replaced meanwhile.
+  int num_refused = 0;
+  for (int i = 0; i < 64; ++i) {
+    AddModel("-" + std::to_string(i) + ".jpg");
+    sent.push_back(Get("/download/model.zip"));
+    num_refused += sent.back().status == 503;
+  }
+  EXPECT_GT(num_refused, 32);
+  sent.clear();
+  EXPECT_EQ(Get("/download/model.zip").status, 200);
 }
 
 TEST_F(SessionApiTest, ModelsCanBeSavedInMetres) {
