@@ -142,7 +142,7 @@ class DenseFolder {
   }
 
   static void Append(const DensePoint& point, std::string* ply) {
-    for (const Eigen::Vector3f& v : {point.position, point.normal}) {
+    for (const Eigen::Vector3f& v : {Eigen::Vector3f(point.position.cast<float>()), point.normal}) {
       ply->append(reinterpret_cast<const char*>(v.data()), 3 * sizeof(float));
     }
     for (const int channel : {2, 1, 0}) ply->push_back(static_cast<char>(point.colour[channel]));
@@ -184,7 +184,7 @@ class DenseFolder {
     const Ground ground =
         MakeGround(ColouredMaps(), options_.origin, quality.ground_sampling_distance);
     if (ground.grid.height.empty()) {
-      return FailedPrecondition("no surface that two photos agree on");
+      return FailedPrecondition("no surface that three photos agree on");
     }
     figures->cell = ground.grid.cell;
     figures->grid_completeness = ground.grid.Completeness();

@@ -57,10 +57,10 @@ struct DenseFigures {
 //    else above the median camera; without `origin`, above the ground plane.
 // and for all formats surface.json, the quality (surface_quality.h), which is also in the GeoTIFFs.
 // clients/README.md describes the files. Takes up to 22 bytes a pixel of all depth maps on the disk
-// of `folder` (depth/scratch_file.h), 32 bytes of memory a point, and up to 2 GiB while maps or a
-// mesh are made. on_photo: after each photo, from any thread. `folder` must exist. Error: a photo
-// cannot be read or has another size than its camera, no surface was found, or the disk has no
-// room; the folder is then incomplete.
+// of `folder` (depth/scratch_file.h), up to 80 bytes of memory a point, and up to 2 GiB while maps
+// or a mesh are made. on_photo: after each photo, from any thread. `folder` must exist. Error: a
+// photo cannot be read or has another size than its camera, no surface was found, or the disk has
+// no room; the folder is then incomplete.
 Result<DenseFigures> WriteDenseFolder(const Reconstruction& model, const DenseOptions& options,
                                       const PhotoSource& photos,
                                       const std::function<void()>& on_photo,

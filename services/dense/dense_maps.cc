@@ -69,7 +69,7 @@ std::vector<std::vector<CameraPoint>> Deal(const std::vector<DensePoint>& points
   std::vector<CameraPoint> all;
   all.reserve(points.size());
   for (const DensePoint& point : points) {
-    all.push_back({pose.rotation * point.position.cast<double>() + pose.translation, &point});
+    all.push_back({pose.rotation * point.position + pose.translation, &point});
   }
   std::stable_sort(all.begin(), all.end(), [](const CameraPoint& a, const CameraPoint& b) {
     return a.position.z() < b.position.z();
@@ -229,8 +229,7 @@ void DenseMaps::TakePose(const SparseScene& scene, int index, int64_t submap_id)
       sparse.cam_from_world;
   if (photo.has_map()) return FitScale(sparse, scene.points(), is_new_here, &photo);
   if (photo.points.chunks.empty()) return;
-  const std::vector<double> depths = DepthsOfPoints(sparse, scene.points());
-  const double depth = depths.empty() ? 0 : UpperMedian(depths);
+  const double depth = UpperMedian(DepthsOfPoints(sparse, scene.points()));
   if (is_new_here && depth > 0 && photo.sparse_depth > 0) {
     photo.points.scale *= depth / photo.sparse_depth;
   }
@@ -278,6 +277,7 @@ void DenseMaps::LeaveOut(uint32_t image_id) {
 
 std::optional<DenseTask> DenseMaps::Next() {
   for (auto photo = photos_.rbegin(); photo != photos_.rend(); ++photo) {
+    on_progress_();
     if (!IsWaiting(photo->first, photo->second)) continue;
     if (auto task = TaskFor(photo->first, photo->second)) return task;
     no_task_.insert(photo->first);
@@ -379,11 +379,11 @@ Status DenseMaps::SetPhoto(uint32_t image_id, const cv::Mat3b& image) {
 }
 
 const PhotoTable& DenseMaps::TableOf(const Camera& camera) {
-  const auto [known, is_new] = tables_.try_emplace(camera.CameraId());
-  if (is_new || !IsSame(known->second.camera, camera)) {
-    known->second = {camera, std::make_shared<PhotoTable>(LensOf(camera), size_px_)};
+  if (!table_ || !IsSame(table_camera_, camera)) {
+    table_.emplace(LensOf(camera), size_px_);
+    table_camera_ = camera;
   }
-  return *known->second.table;
+  return *table_;
 }
 
 // ---- Depth maps and points ----
@@ -491,15 +491,26 @@ void DenseMaps::Publish(uint32_t image_id, const std::vector<DensePoint>& points
 void DenseMaps::Forget() {
   int64_t bytes = memory_bytes();
   while (bytes > max_bytes_) {
-    Photo* oldest = nullptr;
-    for (auto& [id, photo] : photos_) {
-      if (photo.bytes() > 0 && (oldest == nullptr || photo.used < oldest->used)) oldest = &photo;
+    auto oldest = photos_.end();
+    for (auto photo = photos_.begin(); photo != photos_.end(); ++photo) {
+      if (photo->second.bytes() == 0) continue;
+      if (oldest == photos_.end() || photo->second.used < oldest->second.used) oldest = photo;
     }
-    if (oldest == nullptr) return;
-    bytes -= oldest->bytes();
-    oldest->is_forgotten |= oldest->has_map();
-    oldest->DropMaps();
+    if (oldest == photos_.end()) return;
+    bytes -= oldest->second.bytes();
+    ForgetPixels(oldest->first, &oldest->second);
   }
+}
+
+// The next shape may be that of another submap, with another unit.
+void DenseMaps::ForgetPixels(uint32_t image_id, Photo* photo) {
+  photo->is_forgotten |= photo->has_map();
+  if (photo->submap_id != 0) {
+    const SparseScene& scene = scenes_.at(photo->submap_id);
+    const SparsePhoto& sparse = scene.photos()[scene.Find(image_id)];
+    photo->sparse_depth = UpperMedian(DepthsOfPoints(sparse, scene.points()));
+  }
+  photo->DropMaps();
 }
 
 // ---- Figures ----

@@ -91,11 +91,6 @@ class DenseMaps {
   struct Fit;
   struct Photo;
 
-  struct Table {
-    Camera camera;
-    std::shared_ptr<const PhotoTable> table;
-  };
-
   static std::optional<Fit> FitOf(const DepthMap& map, const SparsePhoto& photo,
                                   const std::vector<Eigen::Vector3d>& points);
   void Leave(Photo* photo);
@@ -117,6 +112,7 @@ class DenseMaps {
   void Publish(uint32_t image_id, const std::vector<DensePoint>& points, int64_t utime_us,
                Photo* photo);
   void Forget();
+  void ForgetPixels(uint32_t image_id, Photo* photo);
 
   const int size_px_;        // longer side of a depth map
   const int64_t max_bytes_;  // of depth maps and their photos
@@ -124,7 +120,8 @@ class DenseMaps {
   DepthSweep sweep_;
   std::map<int64_t, SparseScene> scenes_;  // by submap
   std::map<uint32_t, Photo> photos_;       // by image
-  std::map<uint32_t, Table> tables_;       // by camera
+  std::optional<PhotoTable> table_;        // of table_camera_: there may be a camera a photo
+  Camera table_camera_;
   std::set<uint32_t> left_out_;
   std::set<uint32_t> dirty_;    // whose points are to be worked out again
   std::set<uint32_t> no_task_;  // photos that can get no map before the next shape

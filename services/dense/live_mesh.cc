@@ -79,14 +79,6 @@ void SetScale(double scale, ConfirmedMap* map) {
   map->scale = scale;
 }
 
-double MedianDepth(const DepthMap& map) {
-  std::vector<double> depths;
-  for (const float depth : map.depth) {
-    if (depth > 0) depths.push_back(depth);
-  }
-  return depths.empty() ? 0 : UpperMedian(std::move(depths));
-}
-
 // How far points at the map's corners move from one pose and scale to another. `depth`: at scale 1.
 double Movement(const ConfirmedMap& from, const ConfirmedMap& to, double depth) {
   const DepthCamera& camera = from.map.camera;
@@ -222,8 +214,8 @@ bool LiveMesh::Submap::PrepareOne() {
     Photo& of = photo->second;
     if (!of.told) continue;
     of.newest = *std::exchange(of.told, std::nullopt);
-    of.pixel = GroundSamplingDistance({Coloured(of.newest)}) / of.newest.scale;
-    of.depth = MedianDepth(of.newest.map) / of.newest.scale;
+    of.depth = of.newest.map.MedianDepth() / of.newest.scale;
+    of.pixel = of.depth / of.newest.map.camera.focal_px.x();
     for (int i = 0; i < level_; ++i) of.newest = Halved(of.newest);
     return true;
   }
@@ -249,7 +241,7 @@ double LiveMesh::Submap::GroundSamplingDistanceOfAll() const {
   for (const auto& [id, photo] : photos_) {
     if (photo.pixel > 0) sizes.push_back(photo.pixel * photo.newest.scale);
   }
-  return sizes.empty() ? 0 : UpperMedian(std::move(sizes));
+  return UpperMedian(std::move(sizes));
 }
 
 // False: no map has a surface.
@@ -285,7 +277,7 @@ void LiveMesh::Submap::Coarsen() {
   for (auto& [id, photo] : photos_) {
     if (photo.newest.has_pixels()) photo.newest = Halved(photo.newest);
   }
-  Begin();
+  if (volume_ != nullptr) Begin();
 }
 
 // ---- Steps ----
@@ -400,11 +392,12 @@ SubmapMesh LiveMesh::Submap::Mesh() const {
   return mesh;
 }
 
-// A map in the volume shares its pixels with the newest one, unless that has others.
+// A map in the volume shares its pixels with the newest one, unless that has others. A map that a
+// step prepares counts as it will be.
 int64_t LiveMesh::Submap::Bytes() const {
   int64_t bytes = volume_ == nullptr ? 0 : volume_->Bytes();
   for (const auto& [id, photo] : photos_) {
-    bytes += BytesOf(photo.newest) + (photo.told ? BytesOf(*photo.told) : 0);
+    bytes += BytesOf(photo.newest) + (photo.told ? BytesOf(*photo.told) >> (2 * level_) : 0);
     const bool has_own = photo.added && photo.added->map.depth.data != photo.newest.map.depth.data;
     if (has_own) bytes += BytesOf(*photo.added);
   }
@@ -473,11 +466,9 @@ void LiveMesh::CoarsenLargest(int64_t (Submap::*amount)() const, const char* lim
 }
 
 void LiveMesh::Coarsen(int64_t submap_id, const char* limit) {
-  Submap& submap = *submaps_.at(submap_id);
-  const double before = submap.voxel();
-  submap.Coarsen();
-  LogInfo("submap {}: its mesh reached the limit of {}: voxels of {:.4g} instead of {:.4g}",
-          submap_id, limit, submap.voxel(), before);
+  submaps_.at(submap_id)->Coarsen();
+  LogInfo("submap {}: its mesh reached the limit of {}: voxels become twice as wide", submap_id,
+          limit);
 }
 
 SubmapMesh LiveMesh::MeshOfSubmap(int64_t submap_id) const {

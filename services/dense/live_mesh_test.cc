@@ -219,6 +219,21 @@ TEST(LiveMesh, KeepsTheBoundOfMemory) {
   EXPECT_GT(mesh.num_triangles(), 100);
 }
 
+// As after a while without an idle moment: all of them come before the first step.
+TEST(LiveMesh, MapsThatTakeMoreThanTheLimitKeepEverySecondRowAndColumn) {
+  std::map<uint32_t, ConfirmedMap> maps;
+  for (uint32_t i = 1; i <= 30; ++i) maps[i] = MapAt(PoseAt({0.01 * i, 0, 0}), i);
+  const int64_t map_bytes = 11 * static_cast<int64_t>(maps[1].map.depth.total());
+  LiveMeshOptions options;
+  options.max_bytes = 24 * map_bytes;
+  LiveMesh mesh(options);
+  mesh.Update(kSubmap, maps);
+  Finish(&mesh);
+  EXPECT_NEAR(mesh.VoxelOf(kSubmap), 2 * kPixel, 0.02);
+  EXPECT_LE(mesh.memory_bytes(), options.max_bytes);
+  EXPECT_GT(mesh.num_triangles(), 100);
+}
+
 TEST(LiveMesh, AMapWithoutASurfaceHasNoMesh) {
   LiveMesh mesh(Enough());
   std::map<uint32_t, ConfirmedMap> maps = Maps(1);

@@ -63,4 +63,11 @@ bool Agreement::SeesPast(int x, int y, float depth, float error) const {
   return true;
 }
 
+std::vector<Agreement> AgreementsOf(const DepthMap& map,
+                                    const std::vector<const DepthMap*>& others) {
+  std::vector<Agreement> agreements;
+  for (const DepthMap* other : others) agreements.emplace_back(map, *other);
+  return agreements;
+}
+
 }  // namespace skein

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <vector>
 
 #include "depth/depth_map.h"
 
@@ -60,5 +61,9 @@ class Agreement {
   const DepthMap& other_;
   const Transfer there_, back_;
 };
+
+// With each of `others`, in their order.
+std::vector<Agreement> AgreementsOf(const DepthMap& map,
+                                    const std::vector<const DepthMap*>& others);
 
 }  // namespace skein

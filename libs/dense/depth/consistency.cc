@@ -34,13 +34,6 @@ class Mean {
   int count_ = 0;
 };
 
-std::vector<Agreement> AgreementsOf(const DepthMap& map,
-                                    const std::vector<const DepthMap*>& others) {
-  std::vector<Agreement> agreements;
-  for (const DepthMap* other : others) agreements.emplace_back(map, *other);
-  return agreements;
-}
-
 // Both the sweep's map and its agreed depths see past the depth: the former knows edges better.
 bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreement>& others,
                     const std::vector<Agreement>& agreed) {

@@ -11,7 +11,7 @@
 namespace skein {
 
 struct DensePoint {
-  Eigen::Vector3f position;  // in the frame of the poses
+  Eigen::Vector3d position;  // in the frame of the poses
   Eigen::Vector3f normal;    // unit, towards the camera
   cv::Vec3b colour;          // blue, green, red
   float relative_error = 0;  // predicted standard error of the depth, part of the depth

@@ -75,6 +75,7 @@ struct DepthMap {
 
   // Share of pixels that have a depth.
   double Completeness() const;
+  double MedianDepth() const;  // 0 without depths
 };
 
 // Asked between parts of a few milliseconds; true: stop. Empty: go on to the end.

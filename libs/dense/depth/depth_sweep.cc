@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "core/clock.h"
+#include "core/statistics.h"
 #include "depth/padded_rows.h"
 #include "depth/warped_view.h"
 
@@ -412,6 +414,13 @@ std::optional<DepthMap> DepthSweep::Estimate(const DepthPhoto& photo,
 
 double DepthMap::Completeness() const {
   return depth.empty() ? 0 : static_cast<double>(cv::countNonZero(depth)) / depth.total();
+}
+
+double DepthMap::MedianDepth() const {
+  std::vector<double> depths;
+  std::copy_if(depth.begin(), depth.end(), std::back_inserter(depths),
+               [](float one) { return one > 0; });
+  return UpperMedian(std::move(depths));
 }
 
 }  // namespace skein

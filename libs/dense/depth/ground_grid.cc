@@ -62,9 +62,10 @@ class GridMaker {
   // visit(position in the level frame) of all points.
   template <typename Function>
   void ForEachPosition(const Function& visit) const {
-    const Eigen::Isometry3f level_from_model(level_from_model_);
     for (const ColouredMap& map : maps_) {
-      for (const DensePoint& point : *map.points) visit(level_from_model * point.position);
+      for (const DensePoint& point : *map.points) {
+        visit(Eigen::Vector3f((level_from_model_ * point.position).cast<float>()));
+      }
     }
   }
 
@@ -277,14 +278,6 @@ class GridMaker {
   cv::Mat4f sums_;                    // weighted colours, weights
 };
 
-double PixelSize(const DepthMap& map) {
-  std::vector<double> depths;
-  for (const float depth : map.depth) {
-    if (depth > 0) depths.push_back(depth);
-  }
-  return depths.empty() ? 0 : UpperMedian(std::move(depths)) / map.camera.focal_px.x();
-}
-
 }  // namespace
 
 bool GroundGrid::IsHole(int row, int column) const { return std::isnan(height(row, column)); }
@@ -299,10 +292,10 @@ double GroundGrid::Completeness() const {
 double GroundSamplingDistance(const std::vector<ColouredMap>& maps) {
   std::vector<double> sizes;
   for (const ColouredMap& map : maps) {
-    const double size = PixelSize(*map.map);
+    const double size = map.map->MedianDepth() / map.map->camera.focal_px.x();
     if (size > 0) sizes.push_back(size);
   }
-  return sizes.empty() ? 0 : UpperMedian(std::move(sizes));
+  return UpperMedian(std::move(sizes));
 }
 
 GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps,

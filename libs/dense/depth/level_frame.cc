@@ -68,7 +68,7 @@ PlanePoints Evenly(const std::vector<ColouredMap>& maps) {
   PlanePoints chosen;
   for (const ColouredMap& map : maps) {
     for (const DensePoint& point : *map.points) {
-      if (index++ % step == 0) chosen.push_back(point.position.cast<double>());
+      if (index++ % step == 0) chosen.push_back(point.position);
     }
   }
   return chosen;

@@ -117,7 +117,7 @@ TEST(LevelFrame, OfMapsIsThatOfTheirCamerasAndSomePoints) {
   const std::vector<DepthPose> cameras = FlightOver(LookingDown());
   std::vector<DensePoint> points;
   for (const Vector3d& point : Site(0)) {
-    points.insert(points.end(), 10, {point.cast<float>(), Eigen::Vector3f::UnitZ(), {}});
+    points.insert(points.end(), 10, {point, Eigen::Vector3f::UnitZ(), {}});
   }
   const std::vector<DensePoint> none;
   std::vector<DepthMap> maps(cameras.size());

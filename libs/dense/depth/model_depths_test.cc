@@ -72,7 +72,7 @@ TEST_F(ModelDepthsTest, PhotosOfAWallAgreeOnIt) {
   EXPECT_LT(depths->counts[0].contradicted, depths->counts[0].agreed / 10);
   const auto points = depths->Points();
   ASSERT_FALSE(points[0].empty());
-  const Eigen::Vector3f& point = points[0][points[0].size() / 2].position;
+  const Eigen::Vector3d& point = points[0][points[0].size() / 2].position;
   EXPECT_NEAR(point.z(), Wall().distance + Wall().slope * point.x(), 0.1);
 }
 
@@ -163,7 +163,7 @@ BoardScene SceneWith(const std::vector<Corner>& corners) {
 
 // Photos are 200 on the boards, 0 elsewhere.
 struct BoardSurface {
-  float nearest_z = 1e6f;  // of the dense points
+  double nearest_z = 1e6;  // of the dense points
   int brightest = 0;       // of the orthophoto
 };
 

@@ -80,7 +80,7 @@ std::vector<double> DepthsOfPoints(const SparsePhoto& photo,
   for (const int i : photo.points) {
     const double depth =
         photo.cam_from_world.rotation.row(2) * points[i] + photo.cam_from_world.translation.z();
-    if (depth > 0) depths.push_back(depth);
+    if (depth > 0 && std::isfinite(depth)) depths.push_back(depth);
   }
   return depths;
 }

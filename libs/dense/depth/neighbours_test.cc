@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <numeric>
 
 #include "testing/wall_photos.h"
@@ -59,6 +60,14 @@ TEST(RangeOfPoints, HoldsThePointsButNotAnOutlier) {
   EXPECT_LT(range->near, 10.02);
   EXPECT_GT(range->near, 8);
   EXPECT_GT(range->far, 12);
+  EXPECT_LT(range->far, 15);
+}
+
+TEST(RangeOfPoints, APointAtInfinityIsNone) {
+  std::vector<Eigen::Vector3d> points = Points();
+  points[50].z() = HUGE_VAL;
+  const auto range = RangeOfPoints(PhotoAt(0, 60), points);
+  ASSERT_TRUE(range);
   EXPECT_LT(range->far, 15);
 }
 

@@ -48,14 +48,30 @@ PhotoTable::PhotoTable(const LensCamera& lens, int longer_side_px)
       y_(v, u) = static_cast<float>(at.y());
       const bool is_inside =
           at.minCoeff() >= -0.5 && at.x() <= size.width - 0.5 && at.y() <= size.height - 0.5;
-      if (is_inside && KeepsOrientation(u, v)) valid_(v, u) = 255;
+      if (is_inside) valid_(v, u) = 255;
     }
   }
+  KeepFirstSight();
 }
 
-// A polynomial of the radius that turns back shows the photo's content a second time.
+// A polynomial of the radius that turns back shows the photo's content a second time, and beyond
+// its zero a third time, turned by 180 degrees.
+void PhotoTable::KeepFirstSight() {
+  if (valid_.cols < 2 || valid_.rows < 2) return;
+  for (int v = 0; v < valid_.rows; ++v) {
+    for (int u = 0; u < valid_.cols; ++u) {
+      if (!KeepsOrientation(std::max(u, 1), std::max(v, 1))) valid_(v, u) = 0;
+    }
+  }
+  cv::Mat1i parts;
+  cv::connectedComponents(valid_, parts, 4);
+  const Eigen::Vector2d& middle = camera_.principal_point_px;
+  const int u = static_cast<int>(std::clamp(middle.x(), 0.0, valid_.cols - 1.0));
+  const int v = static_cast<int>(std::clamp(middle.y(), 0.0, valid_.rows - 1.0));
+  valid_.setTo(0, parts != parts(v, u));
+}
+
 bool PhotoTable::KeepsOrientation(int u, int v) const {
-  if (u == 0 || v == 0) return true;
   const float dxu = x_(v, u) - x_(v, u - 1), dyu = y_(v, u) - y_(v, u - 1);
   const float dxv = x_(v, u) - x_(v - 1, u), dyv = y_(v, u) - y_(v - 1, u);
   return dxu * dyv - dxv * dyu > 0;

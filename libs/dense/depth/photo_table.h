@@ -41,6 +41,8 @@ class PhotoTable {
   cv::Mat3b Apply(const cv::Mat3b& photo) const;
 
  private:
+  // Valid stays what is around the principal point, up to where the orientation changes.
+  void KeepFirstSight();
   bool KeepsOrientation(int u, int v) const;  // of the table around a pixel and those before it
   bool IsOfCamera(cv::Size photo) const;
   cv::Mat Undistort(const cv::Mat& photo) const;

@@ -50,7 +50,16 @@ TEST(PhotoTable, ALensThatTurnsBackShowsNothingTwice) {
   const DepthPhoto freed =
       PhotoTable(Lens(160, 120, -0.8), 160).Apply(cv::Mat1b(120, 160, uint8_t{9}), {});
   EXPECT_EQ(freed.valid(4, 4), 0) << "r = 0.7";
+  EXPECT_EQ(freed.valid(0, 0), 0) << "r = 0.8";
   EXPECT_NE(freed.valid(60, 12), 0) << "r = 0.53";
+}
+
+// r (1 - 4 r^2) turns back at r = 0.29 and is below 0 from r = 0.5 on: the middle, upside down.
+TEST(PhotoTable, ALensThatTurnsBackBeyondItsZeroShowsNothingUpsideDown) {
+  const DepthPhoto freed =
+      PhotoTable(Lens(160, 120, -4), 160).Apply(cv::Mat1b(120, 160, uint8_t{9}), {});
+  EXPECT_EQ(freed.valid(60, 150), 0) << "r = 0.55";
+  EXPECT_NE(freed.valid(60, 110), 0) << "r = 0.24";
 }
 
 TEST(PhotoTable, FortyMegapixelsBecomeTheSizeThatIsWanted) {

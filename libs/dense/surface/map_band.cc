@@ -14,9 +14,10 @@ constexpr double kLeastCosine = 0.17;  // 80 degrees
 constexpr double kBestError = 0.5;     // voxels: a smaller one is that of the grid
 // A pixel that covers more than kPartOfPixel sides of a voxel marks blocks in several places.
 constexpr double kPartOfPixel = 4;
-constexpr int kMostParts = 8;           // in x and in y
-constexpr double kStep = 2;             // voxels, along a ray
-constexpr double kMostIndex = 1 << 20;  // of a block: far beyond any place
+constexpr int kMostParts = 8;              // in x and in y
+constexpr double kStep = 2;                // voxels, along a ray
+constexpr double kMostIndex = 1 << 27;     // of a block: those of its voxels fit into 32 bits
+constexpr double kLeastPixelWeight = 0.5;  // a lower one is rounded to 0
 
 }  // namespace
 
@@ -44,9 +45,11 @@ MapBand::Pixel MapBand::PixelOf(int x, int y) const {
   const double slope = -normal->dot(ray), cosine = slope / ray.norm();
   if (!(cosine > kLeastCosine)) return {};
   const double accuracy = std::min(1.0, kBestError * voxel_ / error);
+  const double weight = kMostWeight * cosine * accuracy * accuracy;
+  if (weight < kLeastPixelWeight) return {};
   const double reach = std::clamp<double>(kErrorsOfReach * error / voxel_, kLeastReach, kMostReach);
   return {static_cast<float>(slope), static_cast<float>(reach * voxel_),
-          static_cast<float>(kMostWeight * cosine * accuracy * accuracy)};
+          static_cast<float>(weight)};
 }
 
 std::vector<BlockIndex> MapBand::Blocks() const {

@@ -50,6 +50,20 @@ const WallMap& Right() {
   return map;
 }
 
+// As in a national grid.
+TEST(SurfaceVolume, AMapFarFromTheOriginIsInIt) {
+  WallMap far = Left();
+  far.map.cam_from_world.translation.x() -= 1e6;
+  const size_t expected = VolumeOf({&Left()}).Blocks().size();
+  EXPECT_NEAR(VolumeOf({&far}).Blocks().size(), expected, expected / 10);
+}
+
+// As one photo from far away: its errors are those of its distance.
+TEST(SurfaceVolume, DepthsWithoutAWeightTouchNoBlock) {
+  const WallMap rough(PoseAt({0, 0, 0}), 12 * kVolumeVoxel);
+  EXPECT_TRUE(MapBand(rough.map, kVolumeVoxel, 2).Blocks().empty());
+}
+
 TEST(SurfaceVolume, AVoxelHasItsDistanceFromTheWallAndItsColour) {
   const SurfaceVolume volume = VolumeOf({&Left()});
   int count = 0;

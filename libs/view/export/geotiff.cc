@@ -188,6 +188,13 @@ bool IsOfKnownType(const cv::Mat& pixels) {
   return !pixels.empty() && (type == CV_8UC4 || type == CV_32FC1 || type == CV_8UC1);
 }
 
+// A file of a disk that is full goes, too.
+Status NotWritten(const fs::path& part, const std::string& why) {
+  std::error_code ignored;
+  fs::remove(part, ignored);
+  return Unavailable("cannot write " + why);
+}
+
 // Into a file beside, which then takes the name.
 Status WriteTiff(const cv::Mat& stored, const GridPlace& place,
                  const std::map<std::string, std::string>& metadata, const fs::path& file) {
@@ -196,10 +203,10 @@ Status WriteTiff(const cv::Mat& stored, const GridPlace& place,
   if (tiff == nullptr) return Unavailable("cannot write " + part.string());
   const bool is_whole = WriteAll(stored, place, metadata, tiff.get());
   tiff.reset();
-  if (!is_whole) return Unavailable("cannot write " + part.string() + ": is the disk full?");
+  if (!is_whole) return NotWritten(part, part.string() + ": is the disk full?");
   std::error_code error;
   fs::rename(part, file, error);
-  if (error) return Unavailable("cannot write " + file.string() + ": " + error.message());
+  if (error) return NotWritten(part, file.string() + ": " + error.message());
   return Status::Ok();
 }
 

@@ -165,4 +165,10 @@ TEST_F(GeoTiffTest, RefusesOtherPixelsAndAPathThatIsNone) {
       WriteGeoTiff(cv::Mat1f(4, 4, 0.0f), kPlace, {}, folder_.path() / "no/grid.tif").ok());
 }
 
+TEST_F(GeoTiffTest, AFailureLeavesNoPartOfAFile) {
+  std::filesystem::create_directories(folder_.path() / "grid.tif" / "full");
+  EXPECT_FALSE(WriteGeoTiff(cv::Mat1f(4, 4, 0.0f), kPlace, {}, File()).ok());
+  EXPECT_FALSE(std::filesystem::exists(File() + ".part"));
+}
+
 }  // namespace skein::geotiff_test

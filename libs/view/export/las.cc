@@ -35,15 +35,15 @@ struct LasGrid {
 
 // nullopt: the extent has more steps than 32 bits count.
 std::optional<LasGrid> GridOf(const std::vector<LasPoint>& points, double up, bool is_on_earth) {
-  Eigen::Vector3f low = points[0].position, high = low;
+  Eigen::Vector3d low = points[0].position, high = low;
   for (const LasPoint& point : points) {
     low = low.cwiseMin(point.position);
     high = high.cwiseMax(point.position);
   }
-  const double extent = std::max(double{(high - low).maxCoeff()}, 1e-30);
+  const double extent = std::max((high - low).maxCoeff(), 1e-30);
   LasGrid grid;
-  grid.low = low.cast<double>() + Eigen::Vector3d(0, 0, up);
-  grid.high = high.cast<double>() + Eigen::Vector3d(0, 0, up);
+  grid.low = low + Eigen::Vector3d(0, 0, up);
+  grid.high = high + Eigen::Vector3d(0, 0, up);
   grid.scale =
       is_on_earth ? kMillimetre : std::pow(10, std::floor(std::log10(extent / kStepsOfExtent)));
   grid.offset = (grid.low + grid.high) / 2;
@@ -115,7 +115,7 @@ void PutHeader(const LasGrid& grid, uint32_t num_points, uint32_t num_records,
 }
 
 void PutPoint(const LasPoint& point, double up, const LasGrid& grid, ByteWriter* writer) {
-  const Eigen::Vector3d position = point.position.cast<double>() + Eigen::Vector3d(0, 0, up);
+  const Eigen::Vector3d position = point.position + Eigen::Vector3d(0, 0, up);
   for (int i = 0; i < 3; ++i) {
     writer->Put(static_cast<int32_t>(std::lround((position[i] - grid.offset[i]) / grid.scale)));
   }

@@ -13,7 +13,7 @@
 namespace skein {
 
 struct LasPoint {
-  Eigen::Vector3f position;
+  Eigen::Vector3d position;
   cv::Vec3b colour;  // blue, green, red
 };
 

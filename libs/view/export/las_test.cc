@@ -106,7 +106,17 @@ TEST_F(LasTest, PointsOfAMapHaveNoProjection) {
   const std::vector<ReadPoint> read = ReadPoints(*ReadFile(File()));
   ASSERT_EQ(read.size(), points_.size());
   for (size_t i = 0; i < read.size(); ++i) {
-    EXPECT_LT((read[i].position - points_[i].position.cast<double>()).norm(), 1e-7);
+    EXPECT_LT((read[i].position - points_[i].position).norm(), 1e-7);
+  }
+}
+
+TEST_F(LasTest, PointsInANationalGridKeepTheirMillimetres) {
+  for (LasPoint& point : points_) point.position += Eigen::Vector3d(2'600'000.001, 1'200'000, 400);
+  ASSERT_TRUE(WriteLas(points_, std::nullopt, File()).ok());
+  const std::vector<ReadPoint> read = ReadPoints(*ReadFile(File()));
+  ASSERT_EQ(read.size(), points_.size());
+  for (size_t i = 0; i < read.size(); ++i) {
+    EXPECT_LT((read[i].position - points_[i].position).norm(), 1e-4);
   }
 }
 
