@@ -16,6 +16,7 @@
 #include "clients/trouble_watch.h"
 #include "clients/video/video_photos.h"
 #include "core/clock.h"
+#include "core/counted.h"
 #include "node/publisher.h"
 #include "photo/heif.h"
 #include "photo/photo_name.h"
@@ -58,9 +59,9 @@ class Summary {
   }
   bool all_taken() const { return Count(image_ack_t::REFUSED) == 0 && waiting_.empty(); }
   void Print(const std::string& agent) const {
-    std::cout << agent << ": " << Count(image_ack_t::STORED) << " stored, "
-              << Count(image_ack_t::DUPLICATE) << " duplicates, " << Count(image_ack_t::REFUSED)
-              << " refused";
+    std::cout << agent << ": " << Counted(Count(image_ack_t::STORED), "photo") << " received, "
+              << Counted(Count(image_ack_t::DUPLICATE), "duplicate") << ", "
+              << Count(image_ack_t::REFUSED) << " refused";
     if (!waiting_.empty()) std::cout << ", " << waiting_.size() << " never became whole";
     std::cout << std::endl;
     for (const auto& [name, reason] : waiting_) {
@@ -87,7 +88,7 @@ class Summary {
 
 std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* options) {
   CLI::App app(
-      "Publishes the photos of a folder to a session, or sharp frames of a video. What is there\n"
+      "Sends the photos of a folder to a session, or sharp frames of a video. What is there\n"
       "already is skipped.",
       "skein agent");
   AddClientOptions(app, &options->client);
@@ -129,7 +130,7 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
   app.footer(
       "Hidden files and folders, and those that hold thumbnails and trash (@eaDir, Thumbs,\n"
       "__MACOSX, ...), are skipped and counted.\n"
-      "Exit codes: 0 every photo is stored or a duplicate, 1 error or interrupted,\n"
+      "Exit codes: 0 every photo is received or a duplicate, 1 error or interrupted,\n"
       "2 bad usage, 3 some were refused (each is told with its reason).");
   return ParseOptions(&app, argc, argv);
 }
@@ -173,7 +174,7 @@ Status ProvideFolder(const AgentOptions& options) {
   if (!options.video.empty()) std::filesystem::create_directories(options.images, error);
   if (error) return InvalidArgument("--images: cannot create " + options.images);
   if (std::filesystem::is_directory(options.images, error)) return Status::Ok();
-  return InvalidArgument("--images: " + options.images + " is no folder");
+  return InvalidArgument("--images: there is no folder " + options.images);
 }
 
 // Photos that a former run took from the video are in the folder already.
@@ -254,7 +255,7 @@ int Publish(AgentOptions options, const PhotoOrder& order) {
     std::cerr << "skein agent: " << options.images << " has vanished" << std::endl;
   }
   if (!publisher.done() || (video && !video->done() && !video->is_live())) {
-    std::cerr << "skein agent: interrupted before all photos were taken; run it again to go on"
+    std::cerr << "skein agent: interrupted before all photos were received; run it again to go on"
               << std::endl;
     return kExitError;
   }

@@ -38,7 +38,8 @@ int Run(std::vector<std::string> words) {
 
 int RunConfig(int argc, char** argv) {
   std::string file;
-  CLI::App app("Prints every service's options with their defaults, as a file for --config.");
+  CLI::App app("Prints every service's options with their defaults, as a file for --config.",
+               "skein config");
   app.add_option("--config", file, "With the values of this file in place of the defaults")
       ->check(CLI::ExistingFile);
   if (const auto code = ParseOptions(&app, argc, argv)) return *code;

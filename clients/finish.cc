@@ -130,7 +130,8 @@ int RunFinish(int argc, char** argv) {
   const auto node = MakeClientNode("finish", Role::kOperator, options.client);
   const auto answer = AskToFinish(*node, options.timeout_s, std::cerr, options.within_s);
   if (!answer) {
-    std::cerr << "skein finish: not finished yet; the session goes on finishing" << std::endl;
+    std::cerr << "skein finish: not finished yet; a session that has heard of it goes on finishing"
+              << std::endl;
     return kExitError;
   }
   (answer->ok ? std::cout : std::cerr) << answer->text << std::endl;

@@ -1,14 +1,23 @@
 #include "clients/ingest_watch.h"
 
+#include <utility>
+
 #include "core/clock.h"
 #include "photo/photo_name.h"
+#include "session/troubles.h"
 
 namespace skein {
 
+namespace {
+
+constexpr size_t kMaxProblemWords = 400;  // bytes of a sentence of another process
+
+}  // namespace
+
 std::string NoSignOfIngest(const Node& node) {
   const std::string& url = node.options().lcm_url;
-  return "no sign of ingest on " + (url.empty() ? "LCM's default URL" : url) +
-         "; is `skein launch` running on this session, and with this --lcm-url?";
+  return "no answer on " + (url.empty() ? "LCM's default URL" : url) + " from session " +
+         Printable(node.session_id()) + "; does `skein launch` run on it, with this --lcm-url?";
 }
 
 IngestWatch::IngestWatch(Node& node, double silent_s)
@@ -19,7 +28,7 @@ IngestWatch::IngestWatch(Node& node, double silent_s)
                                                       [this](const heartbeat_t& heartbeat) {
                                                         if (heartbeat.service != "ingest") return;
                                                         heard_s_ = MonotonicS();
-                                                        problem_ = heartbeat.problem;
+                                                        heard_ = heartbeat;
                                                       })) {}
 
 IngestWatch::~IngestWatch() { node_.bus().Unsubscribe(subscription_); }
@@ -27,17 +36,23 @@ IngestWatch::~IngestWatch() { node_.bus().Unsubscribe(subscription_); }
 bool IngestWatch::is_silent() const { return MonotonicS() - heard_s_ > silent_s_; }
 
 void IngestWatch::TellChange(const std::string& command, std::ostream& out) {
-  if (problem_ != told_problem_) {
-    told_problem_ = problem_;
-    out << command << ": "
-        << (problem_.empty() ? "ingest goes on"
-                             : "ingest: " + Printable(problem_, 400) + ". Waiting")
-        << std::endl;
-  }
+  if (heard_.problem.empty() != told_problem_.empty()) TellProblem(command, out);
   if (is_silent() == told_silent_) return;
   told_silent_ = !told_silent_;
   out << command << ": "
-      << (told_silent_ ? NoSignOfIngest(node_) + " Waiting for it" : "ingest is heard again")
+      << (told_silent_ ? NoSignOfIngest(node_) + " Waiting for it" : "the session answers again")
+      << std::endl;
+}
+
+// Once, while its figures change.
+void IngestWatch::TellProblem(const std::string& command, std::ostream& out) {
+  if (heard_.problem.empty()) {
+    out << command << ": over: " << std::exchange(told_problem_, "") << std::endl;
+    return;
+  }
+  const Trouble trouble = TroubleOf(heard_);
+  told_problem_ = Printable(trouble.what, kMaxProblemWords);
+  out << command << ": " << told_problem_ << " " << Printable(trouble.remedy, kMaxProblemWords)
       << std::endl;
 }
 

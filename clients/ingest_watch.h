@@ -30,11 +30,14 @@ class IngestWatch {
   void TellChange(const std::string& command, std::ostream& out);
 
  private:
+  void TellProblem(const std::string& command, std::ostream& out);
+
   Node& node_;
   const double silent_s_;
   double heard_s_;
   bool told_silent_ = false;
-  std::string problem_, told_problem_;  // heartbeat_t.problem
+  heartbeat_t heard_{};       // the last one
+  std::string told_problem_;  // the sentence; "" while there is none
   Bus::SubscriptionId subscription_;
 };
 

@@ -14,6 +14,7 @@
 #include "clients/subcommand.h"
 #include "core/clock.h"
 #include "node/ledger_follower.h"
+#include "session/troubles.h"
 
 namespace skein {
 namespace {
@@ -22,6 +23,7 @@ constexpr double kRefreshS = 1;
 // Long enough for one heartbeat of every process.
 constexpr double kListenS = 1.5;
 constexpr double kOnceTimeoutS = 15;
+constexpr double kLookAgainS = 0.5;
 
 struct StatusOptions {
   ClientOptions client;
@@ -55,6 +57,14 @@ class StatusWatch {
 
   bool caught_up() const { return follower_.caught_up(); }
   IngestWatch& ingest() { return ingest_; }
+
+  // Until it is told which processes are missing. Where none may be, not at all.
+  void AwaitSilence() const {
+    while (!node_.loop().interrupted() && MayFindMore(session_.state, heard_.processes(),
+                                                      node_.loop().now_s(), heard_.listened_s())) {
+      node_.loop().RunUntil([] { return false; }, kLookAgainS);
+    }
+  }
 
   void Print(bool as_json) const {
     const nlohmann::json status =
@@ -95,10 +105,11 @@ int RunStatus(int argc, char** argv) {
   if (!heard && options.once) {
     std::cerr << "skein status: "
               << (watch.ingest().is_silent() ? NoSignOfIngest(*node)
-                                             : "the ledger is not read yet; try again")
+                                             : "the session's photos are not read yet; try again")
               << std::endl;
     return kExitError;
   }
+  if (options.once) watch.AwaitSilence();
   watch.Print(options.json);
   if (options.once) return kExitOk;
   if (!options.json) node->loop().CancelTimer(timer);  // the table tells it

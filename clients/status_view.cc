@@ -18,6 +18,7 @@ namespace {
 using nlohmann::json;
 
 constexpr size_t kMaxPhotosShown = 12;
+constexpr double kMegabyte = 1e6;
 
 json TroublesOf(const StatusInput& input) {
   json troubles = TroublesJson(
@@ -184,7 +185,7 @@ std::string FormatInstance(const json& i) {
   if (refused > 0) state += "; messages unsigned or not allowed: " + std::to_string(refused);
   return Line("  %-14s %8d %8lld %9.3f %9.1f  %s", i["instance"].get<std::string>().c_str(),
               i["backlog"].get<int>(), i["done"].get<long long>(), i["mean_s"].get<double>(),
-              i["memory_bytes"].get<double>() / (1 << 20), state.c_str());
+              i["memory_bytes"].get<double>() / kMegabyte, state.c_str());
 }
 
 std::string FormatSubmap(const json& s) {
@@ -225,9 +226,9 @@ std::string FormatMerges(const json& merges, const json& ended) {
 }
 
 // The last of a list of photos, each with what went wrong.
-// "  median by stage   ingest 0.10   features 0.42 (work 0.36)   ..."
+// "  seconds in each stage (median)   ingest 0.10   features 0.42 (work 0.36)   ..."
 std::string FormatStages(const json& stages) {
-  std::string text = "  median by stage";
+  std::string text = "  seconds in each stage (median)";
   for (const json& stage : stages) {
     char part[80];
     std::snprintf(part, sizeof(part), "   %s %.2f", stage["stage"].get<std::string>().c_str(),
@@ -278,9 +279,8 @@ json MakeStatus(const StatusInput& input) {
 std::string FormatStatus(const json& status) {
   const json& images = status["images"];
   const json& latency = status["latency_s"];
-  std::string text =
-      Line("session %s   facts %lld%s", status["session_id"].get<std::string>().c_str(),
-           status["ledger"].get<long long>(), status["finishing"] ? "   finishing" : "");
+  std::string text = Line("session %s%s", status["session_id"].get<std::string>().c_str(),
+                          status["finishing"] ? "   finishing" : "");
   for (const json& trouble : status["troubles"]) {
     text += "! " + trouble["what"].get<std::string>() + "\n  " +
             trouble["remedy"].get<std::string>() + "\n";
@@ -290,20 +290,20 @@ std::string FormatStatus(const json& status) {
                images["waiting"].get<long long>(), images["not_placed"].get<long long>(),
                images["failed"].get<long long>());
   if (latency["p95"].get<double>() > 0) {
-    text += Line("photo to pose  half within %.2f s   95 %% within %.2f s   99 %% within %.2f s",
-                 latency["p50"].get<double>(), latency["p95"].get<double>(),
-                 latency["p99"].get<double>());
+    text += Line(
+        "from received to placed  half within %.2f s   95 %% within %.2f s   99 %% within %.2f s",
+        latency["p50"].get<double>(), latency["p95"].get<double>(), latency["p99"].get<double>());
     text += FormatStages(latency["stages"]);
   }
   const json& retrieval = status["retrieval"];
   text += Line(
-      "retrieval  %.2f ms a photo   %lld candidates, %lld verified   pairs: %lld matched, "
-      "%lld verified",
+      "overlap  found in %.2f ms a photo   candidates: %lld, right: %lld   pairs of photos: %lld "
+      "matched, %lld right",
       1e3 * retrieval["mean_s"].get<double>(), retrieval["candidates"].get<long long>(),
       retrieval["hits"].get<long long>(), retrieval["pairs_matched"].get<long long>(),
       retrieval["pairs_verified"].get<long long>());
-  text += Line("\n  %-14s %8s %8s %9s %9s  %s", "instance", "backlog", "done", "mean s",
-               "memory MB", "state");
+  text += Line("\n  %-14s %8s %8s %9s %9s  %s", "process", "waiting", "done", "s each", "memory MB",
+               "state");
   for (const json& instance : status["instances"]) text += FormatInstance(instance);
   if (!status["submaps"].empty()) {
     text += Line("\n  %-6s %-14s %6s %-18s %7s %9s %9s %9s", "map", "mapper", "epoch", "state",
@@ -314,7 +314,7 @@ std::string FormatStatus(const json& status) {
   }
   text += FormatMerges(status["merges"], status["ended_submaps"]);
   if (!status["deferred"].empty()) text += "\nnot placed\n" + FormatPhotos(status["deferred"]);
-  if (!status["failures"].empty()) text += "\nfailures\n" + FormatPhotos(status["failures"]);
+  if (!status["failures"].empty()) text += "\nfailed\n" + FormatPhotos(status["failures"]);
   return text;
 }
 

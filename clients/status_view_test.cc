@@ -111,6 +111,19 @@ TEST(StatusView, EachReceivedPhotoIsCountedOnce) {
       << text;
 }
 
+// A megabyte is 1e6 bytes, as of disks.
+TEST(StatusView, NamesUnitsAndNoPartOfTheLedger) {
+  const SessionRecord session;
+  HeardProcesses processes;
+  processes["matching-1"].heartbeat.memory_bytes = 5'000'000;
+  const std::string text = FormatStatus(MakeStatus({"id", session, processes, {}, 1}));
+  EXPECT_EQ(text.rfind("session id\n", 0), 0u) << text;
+  EXPECT_NE(text.find("process         waiting     done    s each memory MB  state\n"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find(" 5.0  "), std::string::npos) << text;
+}
+
 TEST(StatusView, ASubmapTakenOverAfterItsFinalModelIsFinal) {
   Session session;
   session.Seed(1);

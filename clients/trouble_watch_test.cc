@@ -72,15 +72,15 @@ TEST_F(TroubleWatchTest, TellsNothingWhereAllRuns) {
 }
 
 TEST_F(TroubleWatchTest, TellsAFullDiskOnceWhateverItsFigures) {
-  beats_["ingest"].problem = "the disk is almost full: 3 MB are free";
+  beats_["ingest"].problem = "the disk is almost full: 3 MB are free\nMake room on /data";
   EXPECT_EQ(ToldAfter(1),
-            "skein agent: ingest on laptop: the disk is almost full: 3 MB are free. Once that is "
-            "mended it goes on by itself, and nothing is lost.\n");
-  beats_["ingest"].problem = "the disk is almost full: 2 MB are free";
+            "skein agent: On laptop: the disk is almost full: 3 MB are free. Make room on "
+            "/data.\n");
+  beats_["ingest"].problem = "the disk is almost full: 2 MB are free\nMake room on /data";
   EXPECT_EQ(ToldAfter(1), "");
   beats_["ingest"].problem = "";
   EXPECT_EQ(ToldAfter(1),
-            "skein agent: over: ingest on laptop: the disk is almost full: 3 MB are free.\n");
+            "skein agent: over: On laptop: the disk is almost full: 3 MB are free.\n");
 }
 
 TEST_F(TroubleWatchTest, TellsThatIngestIsSilentAndWhereItWasListenedFor) {
@@ -88,7 +88,7 @@ TEST_F(TroubleWatchTest, TellsThatIngestIsSilentAndWhereItWasListenedFor) {
   EXPECT_EQ(ToldAfter(1), "") << "it may still be heard";
   const std::string told = ToldAfter(kSilentProcessS);
   EXPECT_EQ(told.rfind("skein agent: " + IngestIsSilent().what + " ", 0), 0u) << told;
-  EXPECT_NE(told.find("no sign of ingest on "), std::string::npos) << told;
+  EXPECT_NE(told.find("no answer on "), std::string::npos) << told;
   EXPECT_EQ(ToldAfter(1), "");
 }
 
@@ -97,15 +97,13 @@ TEST_F(TroubleWatchTest, TellsAMissingWorkerOncePhotosWaitForIt) {
   EXPECT_EQ(ToldAfter(kSilentProcessS + 1), "");
   AddPhoto(1);
   const std::string told = Told();
-  EXPECT_EQ(
-      told.rfind("skein agent: 1 photo waits, and no process of features is running. Start ", 0),
-      0u)
-      << told;
+  const std::string what = "1 photo waits for its features, and no skein-features is running.";
+  EXPECT_EQ(told.rfind("skein agent: " + what + " Start ", 0), 0u) << told;
   AddPhoto(2);
   EXPECT_EQ(ToldAfter(1), "");
   beats_["features"].service = "features";
   beats_["features"].instance = "features-2";
-  EXPECT_EQ(Told(), "skein agent: over: 1 photo waits, and no process of features is running.\n");
+  EXPECT_EQ(Told(), "skein agent: over: " + what + "\n");
 }
 
 TEST_F(TroubleWatchTest, TellsClocksApartOnceAHost) {

@@ -47,7 +47,7 @@
 #   --ready-file F  emptied at the start, written when every service is ready
 #   --verbose       services log more
 #
-# Logs are in DIR/log/INSTANCE.log, process ids in DIR/run/INSTANCE.pid. A process touches
+# Logs are in DIR/log/INSTANCE.log, what bash itself says in DIR/log/launch.log, process ids in DIR/run/INSTANCE.pid. A process touches
 # DIR/run/INSTANCE.alive twice a second.
 # Under systemd (Type=notify) it tells when all are ready, and each half of WatchdogSec that it still watches.
 # Exit codes: 0 stopped by a signal, 1 a service cannot run, 2 bad usage.
@@ -139,7 +139,7 @@ tell_watchdog() {
 
 # What runs, by instance. A command is its words, one a line; due_ms is when to start it (again).
 instances=()
-declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal first_sign last_sign quiet_ms
+declare -A command_of pid_of started_ms backoff_ms due_ms log_offset exit_signal hung_s first_sign last_sign quiet_ms
 watched_ms=0 clock_ms=0
 # Sets clock_ms, by a clock that nobody sets: what is due in a second would wait an hour after the time is put
 # back by one. Without a subshell, which a signal to the process group ends before it has told the time.
@@ -297,7 +297,7 @@ start_instance() {
   # The child dies with this script, however that ends.
   OMP_NUM_THREADS=$threads OPENBLAS_NUM_THREADS=1 SKEIN_PREVIOUS_EXIT_SIGNAL=${2:-} SKEIN_RUN_FOLDER=$session/run \
     SKEIN_ALIVE_FILE=$session/run/$instance.alive SKEIN_STEP_FILE=$session/run/$instance.step \
-    setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- &
+    setpriv --pdeathsig TERM -- "${words[@]}" >>"$log" 2>&1 9>&- {terminal}>&- &
   pid_of[$instance]=$!
   read_clock
   started_ms[$instance]=$clock_ms
@@ -328,9 +328,26 @@ last_words() {
   tail -c "+$((${log_offset[$1]} + 1))" "$session/log/$1.log" | tail -n "${2:-1}" | sed "${names[@]}" -e ''
 }
 
+# how_it_ended INSTANCE STATUS: for a person, on one line
+how_it_ended() {
+  local status=$2 signal=$((${2} - 128)) words
+  if ((status <= 128)); then
+    words=$(last_words "$1") || true
+    echo "exit code $status${words:+: $words}"
+  elif [[ -n ${hung_s[$1]:-} ]]; then
+    echo "killed, as it showed no sign of life for ${hung_s[$1]} s"
+  else
+    case $signal in
+      4 | 6 | 7 | 8 | 11) echo "crashed: signal $signal" ;;
+      9) echo "killed from outside: signal 9, as the system does where memory is short" ;;
+      *) echo "signal $signal" ;;
+    esac
+  fi
+}
+
 # A child that died: note how, and when to start it again.
 note_death() {
-  local instance=$1 status=0 uptime_ms cause words=''
+  local instance=$1 status=0 uptime_ms wait_ms
   wait "${pid_of[$instance]}" || status=$?
   read_clock
   uptime_ms=$((clock_ms - ${started_ms[$instance]}))
@@ -338,19 +355,20 @@ note_death() {
   rm -f "$session/run/$instance.pid" || true
   ((!stopping && !interrupted)) || return 0
   if ((status == 0)) && is_elastic "$instance"; then
-    say "$instance leaves: no submap needs it"
+    say "$instance leaves: no map needs it"
     remove_instance "$instance"
     return 0
   fi
   ((status != 2)) || fatal "$instance refused its options: $(last_words "$instance")"
   ((uptime_ms < healthy_s * 1000)) || backoff_ms[$instance]=$first_backoff_ms
-  cause="exit code $status"
-  ((status <= 128)) || { exit_signal[$instance]=$((status - 128)); cause="signal $((status - 128))"; }
-  warn "$instance ended ($cause); starting it again in ${backoff_ms[$instance]} ms (log: $session/log/$instance.log)"
-  ((status > 128)) || words=$(last_words "$instance") || true
-  [[ -z $words ]] || warn "$instance said last: $words"
-  due_ms[$instance]=$((clock_ms + ${backoff_ms[$instance]}))
-  backoff_ms[$instance]=$((backoff_ms[$instance] * 2))
+  # Told once, not by each service: no network lets any of them in.
+  ((is_started || status != 1)) || [[ $(last_words "$instance") != *"cannot reach udpm:"* ]] || fatal "$(last_words "$instance")"
+  ((status <= 128)) || exit_signal[$instance]=$((status - 128))
+  wait_ms=${backoff_ms[$instance]}
+  warn "$instance ended ($(how_it_ended "$instance" "$status")); it is started again in $((wait_ms / 1000)).$((wait_ms % 1000 / 100)) s (log: $session/log/$instance.log)"
+  unset "hung_s[$instance]"
+  due_ms[$instance]=$((clock_ms + wait_ms))
+  backoff_ms[$instance]=$((wait_ms * 2))
   ((${backoff_ms[$instance]} <= longest_backoff_ms)) || backoff_ms[$instance]=$longest_backoff_ms
 }
 
@@ -396,7 +414,7 @@ kill_hung() {
     limit_s=$hang_after_s
     [[ $sign != "${first_sign[$instance]}" ]] || limit_s=$start_limit_s
     ((${quiet_ms[$instance]} >= limit_s * 1000)) || continue
-    warn "$instance has shown no sign of life for $limit_s s: killing it"
+    hung_s[$instance]=$limit_s
     kill -KILL "${pid_of[$instance]}" 2>/dev/null || true
     quiet_ms[$instance]=0
   done
@@ -432,6 +450,7 @@ stop_all() {
 }
 
 fatal() {
+  is_explained=1
   warn "$*"
   stop_all
   exit 1
@@ -511,13 +530,24 @@ say_operator() {
 
 exec 9>"$session/run/launch.lock"
 flock -n 9 || die "another skein launch runs on $session"
+# Bash tells, in its own words, of every child that a signal ended: into a log. An error of this script is told at its end.
+exec {terminal}>&2
+warn() { printf '%s: %s\n' "$called" "$*" >&"$terminal" || true; }
+is_explained=0
+die() { is_explained=1; warn "$*"; exit 1; }
+tell_own_error() {
+  local status=$?
+  ((status == 0 || is_explained)) || warn "ended by an error of its own: $(tail -n 1 "$session/log/launch.log")"
+}
+trap tell_own_error EXIT
+exec 2>>"$session/log/launch.log"
 [[ -z $ready_file ]] || : >"$ready_file"
 rm -f "$session/run/web_public" # of an earlier launch, or of who sent the folder
 [[ -n $join ]] || note_launched --lcm-url "$url" # the folder of workers is no session
 # A file that is there would keep its mode, and with it those who read it.
 [[ $join != skein://* ]] || (rm -f "$session/run/invitation" && umask 077 && echo "$join" >"$session/run/invitation")
 exec {never}<> <(:) # a pipe into which nobody writes
-stopping=0 interrupted=0
+stopping=0 interrupted=0 is_started=0
 trap 'interrupted=1' INT TERM HUP
 stop_leftovers
 
@@ -536,6 +566,7 @@ add_workers matching "$matching" "${matching_options[@]}"
 await_ready "${instances[@]}"
 start_pool
 await_ready "${instances[@]}"
+is_started=1
 
 say "${#instances[@]} processes are ready on $url"
 [[ -n $join ]] || say "session $(jq -r .session_id "$session/session.json" 2>/dev/null || echo "$session")"

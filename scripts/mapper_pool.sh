@@ -41,9 +41,9 @@ grow_pool() {
   done
   for ((number = 1; number <= max_mappers && missing > 0; number++)); do
     ! is_instance "${prefix}mapper-$number" || continue
-    say "a submap waits for a mapper: ${prefix}mapper-$number starts"
+    say "a map waits for a mapper: ${prefix}mapper-$number starts"
     add_mapper "$number"
     missing=$((missing - 1))
   done
-  ((missing == 0 || pool_is_full)) || { pool_is_full=1; warn "a submap waits, and all $max_mappers mappers are busy (--mappers MIN:MAX): one takes it beside its own"; }
+  ((missing == 0 || pool_is_full)) || { pool_is_full=1; warn "a map waits, and all $max_mappers mappers are busy (--mappers MIN:MAX): one takes it beside its own"; }
 }

@@ -96,7 +96,7 @@ publish() {
     agent_pids+=($!)
   done
   for i in "${!agent_pids[@]}"; do
-    wait "${agent_pids[i]}" || { failed=1; warn "agent ${names[i]} could not place all its photos"; }
+    wait "${agent_pids[i]}" || { failed=1; warn "agent ${names[i]} could not send all its photos"; }
   done
   agent_pids=()
   return "$failed"
@@ -109,9 +109,10 @@ status=0
 publish || status=1
 "$skein" finish --session "$session" --lcm-url "$url" || die "the session did not finish"
 jq -r 'def seconds: . * 100 | round / 100;
-  (.images | "photos: \(.received) received, \(.registered) placed, \(.deferred) not placed, \(.failed) failed, \(.duplicates) duplicates"),
+  def counted(noun): "\(.) \(noun)\(if . == 1 then "" else "s" end)";
+  (.images | "photos: \(.received) received, \(.registered) placed, \(.deferred) not placed, \(.failed) failed, \(.duplicates | counted("duplicate"))"),
   "maps: \(.submaps | length)\(if .submaps == [] then "" else " of \([.submaps[].images] | join(", ")) photos" end), \([.merges[] | select(.state == "done")] | length) merged on the way",
-  "photo to pose: half within \(.latency_s.p50 | seconds) s, 95 % within \(.latency_s.p95 | seconds) s, from receipt; \(.wall_s | seconds) s in all"' \
+  "from received to placed: half within \(.latency_s.p50 | seconds) s, 95 % within \(.latency_s.p95 | seconds) s; \(.wall_s | seconds) s in all"' \
   "$session/report.json"
 is_accounted_for "$session/report.json" ||
   { status=1; warn "not every photo is accounted for: see $session/report.json"; }

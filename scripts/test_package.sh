@@ -85,7 +85,7 @@ timed "apt install of the older version, with what it needs" install_package old
 timed "skein demo" offline skein demo
 cp "$work/log" "$work/demo.log"
 [[ -s $root/root/.cache/skein/demo/session/model.png ]] || die "the demo made no picture"
-grep -E '^(photos|maps|photo to pose|rmse|position)' "$work/demo.log" || true
+grep -E '^(photos|maps|from received to placed|rmse|position)' "$work/demo.log" || true
 [[ -s $root/usr/share/man/man1/skein-launch.1.gz ]] || die "no manual page"
 
 # A live session, upgraded under it. It goes on with what it has, and a new start takes the new programs.

@@ -8,6 +8,7 @@
 
 #include "core/attempt.h"
 #include "core/clock.h"
+#include "core/counted.h"
 #include "core/log.h"
 #include "core/process.h"
 #include "event_loop/step_record.h"
@@ -82,8 +83,8 @@ GuideService::GuideService(Node& node, const GuideOptions& options)
     heartbeat->backlog = static_cast<int32_t>(changed_.size());
     heartbeat->num_done = num_done_;
     heartbeat->mean_s = num_done_ == 0 ? 0.F : static_cast<float>(sum_s_ / num_done_);
-    heartbeat->state = std::to_string(guidance_.size()) + " places, advice for " +
-                       std::to_string(advice_.size()) + " agents";
+    heartbeat->state = Counted(static_cast<int64_t>(guidance_.size()), "place") + ", advice for " +
+                       Counted(static_cast<int64_t>(advice_.size()), "agent");
   });
 }
 

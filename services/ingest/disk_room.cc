@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <limits>
 #include <system_error>
-#include <utility>
 
 namespace skein {
 namespace {
@@ -13,7 +12,7 @@ constexpr int64_t kMegabyte = 1'000'000;
 }  // namespace
 
 DiskRoom::DiskRoom(std::filesystem::path dir, int64_t min_free_bytes)
-    : dir_(std::move(dir)), min_free_bytes_(min_free_bytes) {
+    : dir_(std::filesystem::absolute(dir).lexically_normal()), min_free_bytes_(min_free_bytes) {
   Look();
 }
 
@@ -28,8 +27,14 @@ void DiskRoom::Look() {
 std::string DiskRoom::Describe() const {
   if (HasRoomFor(0)) return "";
   return "the disk is almost full: " + std::to_string(free_bytes_ / kMegabyte) + " MB are free, " +
-         std::to_string(min_free_bytes_ / kMegabyte) +
-         " MB must be (--min-free); photos wait until there is room";
+         std::to_string(min_free_bytes_ / kMegabyte) + " MB are needed";
+}
+
+std::string DiskRoom::Problem() const {
+  if (HasRoomFor(0)) return "";
+  return Describe() + "\nMake room on that computer, on the disk that holds " + dir_.string() +
+         ". Until then new photos wait where they were taken, nothing that was sent is lost, and "
+         "all goes on by itself";
 }
 
 }  // namespace skein

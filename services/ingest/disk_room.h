@@ -10,7 +10,7 @@ namespace skein {
 // need room, too: so intake stops before the disk is full, and goes on when there is room again.
 class DiskRoom {
  public:
-  // `dir` lies on the file system that is watched.
+  // `dir` lies on the file system that is watched; a person is told its absolute path.
   DiskRoom(std::filesystem::path dir, int64_t min_free_bytes);
 
   // Looks at the disk; about once a second.
@@ -18,6 +18,8 @@ class DiskRoom {
   bool HasRoomFor(int64_t num_bytes) const { return free_bytes_ - num_bytes >= min_free_bytes_; }
   // For a person; "" while there is room.
   std::string Describe() const;
+  // The same as heartbeat_t.problem, with what to do; "" while there is room.
+  std::string Problem() const;
 
  private:
   const std::filesystem::path dir_;

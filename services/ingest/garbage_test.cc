@@ -107,6 +107,19 @@ TEST_F(GarbageTest, WithoutRoomOnTheDiskPhotosWait) {
   Await([&] { return !acks_.empty(); }, "an answer");
   EXPECT_EQ(acks_[0].status, +image_ack_t::WAIT);
   EXPECT_NE(acks_[0].reason.find("disk is almost full"), std::string::npos);
+  EXPECT_EQ(acks_[0].reason.find("--min-free"), std::string::npos) << "a page has no options";
+  std::string problem;
+  const auto heartbeats =
+      peer_->bus().Subscribe<heartbeat_t>(kHeartbeatChannel, [&](const heartbeat_t& told) {
+        if (told.service == "ingest") problem = told.problem;
+      });
+  Await([&] { return !problem.empty(); }, "a heartbeat");
+  peer_->bus().Unsubscribe(heartbeats);
+  EXPECT_EQ(problem.find("--min-free"), std::string::npos);
+  EXPECT_NE(problem.find("\nMake room on that computer, on the disk that holds " +
+                         fs::absolute(Paths().root).string() + "."),
+            std::string::npos)
+      << problem;
   options_.intake.min_free_bytes = 0;
   Restart();
   EXPECT_EQ(Decide(offer).status, +image_ack_t::STORED);

@@ -9,6 +9,8 @@ namespace skein {
 namespace {
 
 constexpr double kTickS = 0.2;
+// Two sentences and a folder's path: clients show 400 bytes of each sentence.
+constexpr size_t kMaxProblemBytes = 600;
 
 std::unique_ptr<Ledger> OpenLedger(const SessionPaths& paths) {
   auto ledger = Ledger::Open(paths.Ledger());
@@ -129,7 +131,7 @@ void IngestService::FillHeartbeat(heartbeat_t* heartbeat) const {
     state += part;
   }
   for (const std::string& problem : {writer_.problem(), intake_.problem(), finish_.problem()}) {
-    if (heartbeat->problem.empty()) heartbeat->problem = ClampText(problem);
+    if (heartbeat->problem.empty()) heartbeat->problem = ClampText(problem, kMaxProblemBytes);
   }
   heartbeat->state = state.empty() ? ReadyState() : ClampText(state);
   heartbeat->ledger_seq = writer_.durable_head();

@@ -68,7 +68,7 @@ void LedgerWriter::Flush() {
   const Status status = ledger_->Append(records, notes_);
   if (!status.ok()) {
     if (problem_.empty()) LogError("cannot write the ledger: {}; trying again", status.error());
-    problem_ = "cannot write the ledger (is the disk full?): " + status.error();
+    problem_ = "cannot write to the session folder (is the disk full?): " + status.error();
     return;
   }
   if (!problem_.empty()) LogInfo("the ledger can be written again");

@@ -78,7 +78,7 @@ class PhotoIntake {
   // nothing.
   std::string Describe() const;
   // Why no photo is taken in, for a person; "" if photos are.
-  std::string problem() const { return room_.Describe(); }
+  std::string problem() const { return room_.Problem(); }
 
  private:
   struct Pending {

@@ -6,6 +6,7 @@
 
 #include "auth/revocations.h"
 #include "core/clock.h"
+#include "core/counted.h"
 #include "core/log.h"
 #include "core/process.h"
 #include "ledger/session_folder.h"
@@ -94,7 +95,7 @@ heartbeat_t RelaySession::Heartbeat(const std::vector<std::unique_ptr<Relay>>& r
   beat.host = HostName();
   beat.pid = static_cast<int32_t>(::getpid());
   beat.utime_us = NowUs();
-  beat.state = std::to_string(num_clients) + " clients" +
+  beat.state = Counted(static_cast<int64_t>(num_clients), "client") +
                CountOf(sum.num_dropped, "messages dropped for clients that do not keep up") +
                CountOf(sum.num_refused_subscriptions, "subscriptions refused") +
                CountOf(sum.num_turned_away, "connections turned away") +

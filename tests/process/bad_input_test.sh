@@ -58,7 +58,7 @@ declare -A reasons=([truncated.jpg]='truncated|premature|damaged' [corrupt.jpg]=
 for photo in "${!reasons[@]}"; do
   for told in bad.out status.out; do expect_reason "$workspace/$told" "$photo" "${reasons[$photo]}"; done
 done
-grep -q '1 duplicates' "$workspace/bad.out" || { cat "$workspace/bad.out"; fail "the copy is not called a duplicate"; }
+grep -q ', 1 duplicate, ' "$workspace/bad.out" || { cat "$workspace/bad.out"; fail "the copy is not called a duplicate"; }
 
 [[ -z $IN_NAMESPACE ]] || grep -qE '^ *ingest .*messages of another type or damaged: 3$' "$workspace/status.out" ||
   { cat "$workspace/status.out"; fail "status does not tell of messages that ingest cannot read"; }
@@ -75,7 +75,7 @@ echo "$(jq -c .images "$report")"
 # Nobody runs the session any more: an agent says so, and where it listens, and goes on waiting.
 "$skein" agent --session "$session" --name late --images "$place/images/agent-1" >"$workspace/late.out" 2>&1 &
 agent=$!
-wait_until 30 "the agent says that nobody answers" grep -qF "no sign of ingest on $url" "$workspace/late.out"
+wait_until 30 "the agent says that nobody answers" grep -qF "no answer on $url" "$workspace/late.out"
 start_reconstruction "$session" "$url" --features 0 --matching 0 --mappers 0 # its photos are there already
 wait "$agent" || { cat "$workspace/late.out"; fail "the agent did not go on"; }
 grep -qF 'late: ' "$workspace/late.out" || { cat "$workspace/late.out"; fail "the agent does not tell its photos"; }

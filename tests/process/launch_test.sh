@@ -107,7 +107,7 @@ if [[ -n $clock_shim ]]; then
     exec "$SKEIN_ROOT/scripts/launch.sh" --session "$session" --lcm-url udpm://239.255.76.67:7667?ttl=0 --build "$workspace"
   ) >"$workspace/clock.log" 2>&1 &
   launch_pid=$!
-  waits_long() { grep -q 'merger ended .* in 3200 ms' "$workspace/clock.log"; }
+  waits_long() { grep -q 'merger ended .* in 3\.2 s' "$workspace/clock.log"; }
   for ((i = 0; i < 5; i++)); do
     wait_until 20 "the merger runs" is_restarted merger "${old:-}"
     old=$(pid_of merger)
@@ -209,9 +209,19 @@ ln -sf failing "$workspace/bin/skein-web"
   >"$workspace/fails.out" 2>&1 &
 launch_pid=$!
 wait_until 20 "the reason is on the screen" \
-  grep -qF 'web said last: --web-public, --web-public-port and --web-plain: the address is taken; --web is not' "$workspace/fails.out"
+  grep -qE 'web ended \(exit code [0-9]+: --web-public, --web-public-port and --web-plain: the address is taken; --web is not\); it is started again in ' "$workspace/fails.out"
+kill -9 "$(<"$workspace/fails/run/retrieval.pid")"
+kill -SEGV "$(<"$workspace/fails/run/guide.pid")"
+ends_told() { grep -q 'retrieval ended (killed from outside: signal 9, .*; it is started again in 0\.2 s' "$workspace/fails.out" && grep -q 'guide ended (crashed: signal 11)' "$workspace/fails.out"; }
+wait_until 10 "how they ended is told" ends_told
+(($(grep -c 'retrieval' "$workspace/fails.out") == 1)) && ! grep -qE 'line [0-9]+:|Killed|setpriv' "$workspace/fails.out" || fail "bash's own words are told: $(<"$workspace/fails.out")"
 stop_services
 wait_until 10 "all stop" none_runs
+printf '#!/bin/sh\necho "cannot reach udpm://239.255.76.67:7667: Network is unreachable"\nexit 1\n' >"$workspace/bin/failing"
+status=0
+"$SKEIN_ROOT/scripts/launch.sh" --session "$workspace/unreachable" --lcm-url udpm://239.255.76.67:7667?ttl=0 --build "$workspace" >"$workspace/unreachable.out" 2>&1 || status=$?
+((status == 1)) && [[ $(<"$workspace/unreachable.out") == *': cannot reach udpm://239.255.76.67:7667: Network is unreachable' ]] &&
+  (($(wc -l <"$workspace/unreachable.out") == 1)) || fail "without multicast: $status, $(<"$workspace/unreachable.out")"
 ln -sf skein-ingest "$workspace/bin/skein-web"
 
 # A signal to the whole process group, again and again while launch.sh waits for a service and while it stops.

@@ -106,7 +106,7 @@ await_agents
 kill -9 "$controller_pid"
 wait_until 120 "the dead controller is told" scale_says 'slurm: .*[Uu]nable to contact slurm controller.*; the session goes on'
 "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" | jq -r '.troubles[].what' |
-  grep 'scale on .*: slurm: ' >/dev/null || fail "skein status does not tell it"
+  grep 'On .* (scale): slurm: ' >/dev/null || fail "skein status does not tell it"
 start_controller
 finish "$session"
 expect_model "$session" 1

@@ -27,7 +27,7 @@ tells() {
     jq -e --arg what "$1" 'any(.troubles[]; (.what | contains($what)) and .remedy != "")' >/dev/null
 }
 wait_until 30 "status tells it" tells 'the disk is almost full'
-wait_until 30 "the agents tell it" grep -q 'skein agent: ingest on .*: the disk is almost full.*, and nothing is lost' "$workspace/agents.log"
+wait_until 30 "the agents tell it" grep -q "skein agent: On .*: the disk is almost full.* on the disk that holds $session\. .* nothing that was sent is lost" "$workspace/agents.log"
 [[ $(count_facts "$session" image) == 0 ]] || fail "a photo was taken in without room"
 stop_services
 start_services "$session" "$url" --mappers 1

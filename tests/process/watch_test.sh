@@ -31,7 +31,10 @@ agent=$!
 is_stored() { cmp -s "$1" "$stored/$2"; }
 is_told() { grep -qF -- "$1" "$log"; }
 wait_until 30 "the first photo is stored" is_stored "${photos[0]}" a.jpg
-wait_until 60 "a missing worker is told" is_told 'skein agent: 1 photo waits, and no process of features is running. Start `skein launch`'
+wait_until 60 "a missing worker is told" is_told 'skein agent: 1 photo waits for its features, and no skein-features is running. Start `skein launch`'
+"$SKEIN_BUILD/bin/skein" status --once --session "$session" --lcm-url "$url" >"$workspace/status.out" || fail "status"
+grep -qxF '! 1 photo waits for its features, and no skein-features is running.' "$workspace/status.out" ||
+  fail "status does not tell the missing worker: $(<"$workspace/status.out")"
 is_told 'not taken in '"$dcim"': 1 ._*, 1 in .Trash-1000, 1 in .thumbnails, 1 in @eaDir (hidden photos, thumbnails and trash)' ||
   fail "what is skipped is not told"
 is_told 'not taken in '"$dcim"': up (links to folders that are read anyway)' || fail "the link is not told"
@@ -73,6 +76,6 @@ kill -INT "$agent"
 code=0
 wait "$agent" || code=$?
 [[ $code == 3 ]] || fail "exit code $code, not 3"
-is_told 'alice: 6 stored, 0 duplicates, 1 refused, 1 never became whole' || fail "another summary: $(tail -n 3 "$log")"
+is_told 'alice: 6 photos received, 0 duplicates, 1 refused, 1 never became whole' || fail "another summary: $(tail -n 3 "$log")"
 is_told 'not taken: never.jpg: damaged JPEG' || fail "what is missing at the end is not told: $(tail -n 3 "$log")"
 [[ $(find "$stored" -type f | wc -l) == 6 ]] || fail "more than six photos: $(ls "$stored")"

@@ -300,7 +300,7 @@ createInterface({ input: process.stdin }).on('line', (line) => {
   if (line === 'unadvised') advises = false;
   if (line === 'private') refusesPhotos = true;
   if (line === 'full') {
-    troubles = [{ what: 'ingest on laptop: the disk is almost full: 3 MB are free.', remedy: 'Once that is mended it goes on by itself, and nothing is lost.' }];
+    troubles = [{ what: 'On laptop: the disk is almost full: 3 MB are free, 512 MB are needed.', remedy: 'Make room on that computer, on the disk that holds /home/anna/house. Until then new photos wait where they were taken, nothing that was sent is lost, and all goes on by itself.' }];
   }
   if (line === 'go') {
     began += Math.max(0, running() - held) / (1000 * speed);

@@ -77,7 +77,9 @@ Result<Session> OpenSession(const std::filesystem::path& dir) {
   const SessionPaths paths{dir};
   std::error_code error;
   if (!std::filesystem::exists(paths.SessionFile(), error)) {
-    return NotFound(dir.string() + " holds no session (no session.json)");
+    return NotFound(
+        dir.string() +
+        " holds no session (no session.json): give the folder of `skein launch --session`");
   }
   Result<SessionFile> file = ReadSessionFile(paths);
   if (!file.ok()) return file.status();

@@ -34,7 +34,9 @@ void AppendUint32(uint32_t value, Bytes* out) {
 
 [[noreturn]] void Fail(const LcmUrl& url, const std::string& what) {
   throw std::runtime_error("cannot " + what + " " + url.ToString() + ": " + std::strerror(errno) +
-                           "; is multicast routed (scripts/setup.sh says how)?");
+                           "; is multicast routed here (`ip route get " + url.host +
+                           "`)? For this computer alone: `sudo ip route add 224.0.0.0/4 dev lo`, "
+                           "or a tcpq:// URL");
 }
 
 sockaddr_in AddressOf(const LcmUrl& url) {

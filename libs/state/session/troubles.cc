@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdlib>
 
+#include "core/counted.h"
 #include "session/session_tally.h"
 
 namespace skein {
@@ -24,15 +25,14 @@ bool RunsAny(const HeardProcesses& processes, const std::string& service, double
   return false;
 }
 
-std::string Photos(int64_t count) {
-  return count == 1 ? "1 photo waits" : std::to_string(count) + " photos wait";
-}
-
-// heartbeat_t.problem, which is not empty.
-Trouble TroubleOf(const heartbeat_t& heartbeat) {
-  return {heartbeat.service + " on " + heartbeat.host + ": " + heartbeat.problem + ".",
-          "Once that is mended it goes on by itself, and nothing is lost.",
-          "problem/" + heartbeat.instance};
+// "3 photos wait for their features"
+std::string WaitingPhotos(const std::string& service, int64_t count) {
+  const std::string photos = Counted(count, "photo") + (count == 1 ? " waits " : " wait ");
+  const std::string its = count == 1 ? "its " : "their ";
+  if (service == "features") return photos + "for " + its + "features";
+  if (service == "retrieval") return photos + "to be compared with the others";
+  if (service == "matching") return photos + "for " + its + "matches";
+  return photos + "to be placed in a map";
 }
 
 int64_t NumWaitingForMappers(const SessionState& state) {
@@ -51,8 +51,11 @@ int64_t NumWaitingFor(const std::string& service, const SessionState& state) {
 }
 
 Trouble NoWorker(const std::string& service, int64_t num_waiting) {
-  return {Photos(num_waiting) + ", and no process of " + service + " is running.",
-          "Start `skein launch` on the session again, or give it a worker: `skein launch --join`.",
+  const std::string join =
+      service == "retrieval" ? "" : ", or let another computer help (`skein launch --join`)";
+  return {WaitingPhotos(service, num_waiting) + ", and no skein-" + service + " is running.",
+          "Start `skein launch` on the session's folder again" + join +
+              ". What was sent is kept, and goes on then.",
           "none/" + service};
 }
 
@@ -60,8 +63,9 @@ Trouble ClockApart(const HeardProcess& process) {
   const auto seconds = std::llabs(process.clock_ahead_us) / 1'000'000;
   return {"The clock of " + process.heartbeat.host + " is " + std::to_string(seconds) + " s " +
               (process.clock_ahead_us > 0 ? "ahead." : "behind."),
-          "Set the clocks of all computers of the session by the network, then start " +
-              process.heartbeat.instance + " again.",
+          "Set the clocks of all computers of the session by the network, then start `skein "
+          "launch` on " +
+              process.heartbeat.host + " again.",
           "clock/" + process.heartbeat.host};
 }
 
@@ -78,10 +82,21 @@ StageBacklog BacklogOf(const SessionState& state) {
   return backlog;
 }
 
+// People know the session; other services are named, as `skein scale`.
+Trouble TroubleOf(const heartbeat_t& heartbeat) {
+  const size_t line_end = heartbeat.problem.find('\n');
+  const std::string service = heartbeat.service == "ingest" ? "" : " (" + heartbeat.service + ")";
+  return {"On " + heartbeat.host + service + ": " + heartbeat.problem.substr(0, line_end) + ".",
+          line_end == std::string::npos
+              ? "Once that is mended all goes on by itself, and nothing that was sent is lost."
+              : heartbeat.problem.substr(line_end + 1) + ".",
+          "problem/" + heartbeat.instance};
+}
+
 Trouble IngestIsSilent() {
-  return {"Ingest does not answer: no photo is taken in.",
-          "Start `skein launch` on the session again. Until then photos stay where they were "
-          "taken, and none is lost.",
+  return {"The session does not answer: no photo is taken in.",
+          "Start `skein launch` on the session's folder again. Until then photos stay where they "
+          "were taken, and none is lost.",
           kSilentIngest};
 }
 
@@ -111,6 +126,13 @@ std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesse
     if (is_apart && IsHeard(process, now_s)) troubles.push_back(ClockApart(process));
   }
   return troubles;
+}
+
+bool MayFindMore(const SessionState& state, const HeardProcesses& processes, double now_s,
+                 double listened_s) {
+  return listened_s < kSilentProcessS &&
+         FindTroubles(state, processes, now_s, kSilentProcessS).size() >
+             FindTroubles(state, processes, now_s, listened_s).size();
 }
 
 nlohmann::json TroublesJson(const std::vector<Trouble>& troubles) {

@@ -29,6 +29,9 @@ struct StageBacklog {
 };
 StageBacklog BacklogOf(const SessionState& state);
 
+// The trouble that a process tells (heartbeat_t.problem, which is not empty).
+Trouble TroubleOf(const heartbeat_t& heartbeat);
+
 // The trouble that ingest does not answer, and its consequence. Its key is kSilentIngest.
 inline constexpr char kSilentIngest[] = "none/ingest";
 Trouble IngestIsSilent();
@@ -41,6 +44,10 @@ bool LacksWorker(const HeardProcesses& processes, double now_s);
 // processes that were not heard, nothing is said before kSilentProcessS.
 std::vector<Trouble> FindTroubles(const SessionState& state, const HeardProcesses& processes,
                                   double now_s, double listened_s);
+
+// Whether FindTroubles tells more after kSilentProcessS of listening, if no other process is heard.
+bool MayFindMore(const SessionState& state, const HeardProcesses& processes, double now_s,
+                 double listened_s);
 
 // [{what, remedy}]
 nlohmann::json TroublesJson(const std::vector<Trouble>& troubles);

@@ -48,9 +48,20 @@ TEST(Troubles, AreNoneWhereAllRuns) { EXPECT_TRUE(Told(WithOnePhoto(), AllProces
 
 TEST(Troubles, AFullDiskIsToldInTheServicesWords) {
   HeardProcesses processes = AllProcesses();
-  processes["ingest"].heartbeat.problem = "the disk is almost full: 3 MB are free";
-  EXPECT_EQ(Told({}, processes),
-            std::vector<std::string>{"ingest on laptop: the disk is almost full: 3 MB are free."});
+  processes["ingest"].heartbeat.problem =
+      "the disk is almost full: 3 MB are free\nMake room on /data";
+  const Trouble trouble = FindTroubles({}, processes, kNowS, 60).at(0);
+  EXPECT_EQ(trouble.what, "On laptop: the disk is almost full: 3 MB are free.");
+  EXPECT_EQ(trouble.remedy, "Make room on /data.");
+}
+
+TEST(Troubles, AProblemWithoutARemedyNamesItsServiceAndSaysThatNothingIsLost) {
+  heartbeat_t heartbeat{};
+  heartbeat.service = "scale";
+  heartbeat.host = "laptop";
+  heartbeat.problem = "slurm: no right";
+  EXPECT_EQ(TroubleOf(heartbeat).what, "On laptop (scale): slurm: no right.");
+  EXPECT_NE(TroubleOf(heartbeat).remedy.find("nothing that was sent is lost"), std::string::npos);
 }
 
 TEST(Troubles, ASilentIngestIsToldOnceItWasListenedFor) {
@@ -66,7 +77,20 @@ TEST(Troubles, AMissingWorkerIsToldWherePhotosWaitForIt) {
   processes.erase("features");
   EXPECT_TRUE(Told({}, processes).empty());
   EXPECT_EQ(Told(WithOnePhoto(), processes),
-            std::vector<std::string>{"1 photo waits, and no process of features is running."});
+            std::vector<std::string>{
+                "1 photo waits for its features, and no skein-features is running."});
+}
+
+TEST(Troubles, MoreMayBeFoundWhereAWorkerThatPhotosWaitForWasNotHeardYet) {
+  HeardProcesses processes = AllProcesses();
+  const auto may_find_more = [&](const SessionState& state, double listened_s) {
+    return MayFindMore(state, processes, kNowS, listened_s);
+  };
+  EXPECT_FALSE(may_find_more(WithOnePhoto(), 1.5));
+  processes.erase("features");
+  EXPECT_TRUE(may_find_more(WithOnePhoto(), 1.5));
+  EXPECT_FALSE(may_find_more(WithOnePhoto(), kSilentProcessS));
+  EXPECT_FALSE(may_find_more({}, 1.5)) << "no photo waits";
 }
 
 TEST(Troubles, AStageWithoutAProcessIsLacking) {
