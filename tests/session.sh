@@ -32,6 +32,19 @@ use_photos() {
 # for tests that look at none of them: three processes fewer to start and to stop, and their work
 start_reconstruction() { start_services "$1" "$2" --web 0 --guide off --dense off "${@:3}"; }
 
+# use_faulty SERVICE...: sets `programs`, the build with faulty_SERVICE in place of skein-SERVICE
+use_faulty() {
+  local service faulty
+  programs=$workspace/build
+  mkdir -p "$programs/bin"
+  ln -s "$SKEIN_BUILD"/bin/* "$programs/bin/"
+  for service in "$@"; do
+    faulty=$(find "$SKEIN_BUILD" -name "faulty_$service" -type f -perm -u+x | head -n 1)
+    [[ -n $faulty ]] || fail "no faulty_$service in $SKEIN_BUILD"
+    ln -sf "$faulty" "$programs/bin/skein-$service"
+  done
+}
+
 # publish SESSION [agent's options...]: all agents of the place, in the background
 publish() {
   local session=$1 folder

@@ -15,8 +15,8 @@
 #include "blobs/blob_shelf.h"
 #include "dense/dense_maps.h"
 #include "dense/dense_options.h"
-#include "dense/failed_items.h"
 #include "dense/live_mesh.h"
+#include "event_loop/failed_items.h"
 #include "event_loop/worker_thread.h"
 #include "formats/dense.h"
 #include "node/ledger_follower.h"
@@ -30,8 +30,8 @@ namespace skein {
 
 // DenseService knows only what the ledger, the photos and the mappers tell, so it may die and
 // return at any time: it then begins again. An exception, a crash or a hang counts against
-// the photo, or against the mesh of the submap (failed_items.h). Loop's thread; maps are made on
-// another.
+// the photo, or against the mesh of the submap (event_loop/failed_items.h). Loop's thread; maps are
+// made on another.
 class DenseService {
  public:
   DenseService(Node& node, const DenseOptions& options);

@@ -157,7 +157,7 @@ TEST_F(DenseServiceTest, AMeshOnWhichAnExceptionComesBeginsAgain) {
   ShowMap(1);
   std::atomic<int> num_thrown{0};
   node_.steps().OnBegin([&](const Step& step) {
-    if (step.name == "mesh" && num_thrown < kMaxDenseFailures - 1 && ++num_thrown > 0)
+    if (step.name == "mesh" && num_thrown < kMaxFailures - 1 && ++num_thrown > 0)
       throw std::runtime_error("no surface");
   });
   const auto service = Start();
@@ -165,7 +165,7 @@ TEST_F(DenseServiceTest, AMeshOnWhichAnExceptionComesBeginsAgain) {
     const DensePointsPtr points = store_.Find(kSubmap);
     return points != nullptr && points->manifest.NumTriangles() > 1000;
   }));
-  EXPECT_EQ(num_thrown, kMaxDenseFailures - 1);
+  EXPECT_EQ(num_thrown, kMaxFailures - 1);
 }
 
 // Depth maps do without it.
@@ -179,10 +179,10 @@ TEST_F(DenseServiceTest, AMeshThatAlwaysThrowsIsLeftOut) {
     throw std::runtime_error("no surface");
   });
   const auto service = Start();
-  ASSERT_TRUE(WaitFor([&] { return num_thrown >= kMaxDenseFailures && NumPhotos() == 4; }));
+  ASSERT_TRUE(WaitFor([&] { return num_thrown >= kMaxFailures && NumPhotos() == 4; }));
   ShowMap(2);
   loop_.RunUntil([] { return false; }, 2);
-  EXPECT_EQ(num_thrown, kMaxDenseFailures) << "not tried any more";
+  EXPECT_EQ(num_thrown, kMaxFailures) << "not tried any more";
   EXPECT_EQ(store_.Find(kSubmap)->manifest.NumTriangles(), 0);
 }
 

@@ -11,6 +11,7 @@
 #include "core/counted.h"
 #include "core/log.h"
 #include "core/process.h"
+#include "event_loop/exit_signal.h"
 #include "event_loop/step_record.h"
 #include "guide/messages.h"
 #include "session/read_session.h"
@@ -24,7 +25,6 @@ double ShareOfACore(double work_share) {
 }
 
 constexpr double kAgainS = 5;
-constexpr int kMaxThrown = 3;  // exceptions of a submap
 constexpr char kStep[] = "guidance";
 constexpr size_t kMaxAgents = 64;  // of a submap that are told what to photograph
 
@@ -73,7 +73,9 @@ GuideService::GuideService(Node& node, const GuideOptions& options)
     : node_(node),
       options_(options),
       no_go_(NoGoOf(options)),
-      share_(ShareOfACore(options.work_share)) {
+      share_(ShareOfACore(options.work_share)),
+      failed_(node.options().session_dir, "guide.failed", kStep, node.steps().left(),
+              PreviousExitSignal()) {
   worker_ = std::make_unique<WorkerThread>(node.loop());
   shapes_ = std::make_unique<ShapeFollower>(node, store_, FollowShapes());
   follower_ = std::make_unique<LedgerFollower>(node, 1, [this](const Fact& fact) { OnFact(fact); });
@@ -111,7 +113,6 @@ void GuideService::OnFact(const Fact& fact) {
   store_.Drop(end->submap_id);
   vain_.Drop(end->submap_id);
   guides_.erase(end->submap_id);
-  num_thrown_.erase(end->submap_id);
   guidance_.erase(end->submap_id);
   for (auto advice = advice_.begin(); advice != advice_.end();) {
     const bool is_of_it = advice->second.submap_id == end->submap_id;
@@ -129,8 +130,7 @@ void GuideService::NoteOutcome(const Fact& fact) {
 }
 
 void GuideService::GuideAnew(int64_t submap_id) {
-  const auto thrown = num_thrown_.find(submap_id);
-  if (thrown != num_thrown_.end() && thrown->second >= kMaxThrown) return;
+  if (failed_.IsLeftOut(submap_id)) return;
   if (std::find(changed_.begin(), changed_.end(), submap_id) == changed_.end()) {
     changed_.push_back(submap_id);
   }
@@ -155,7 +155,6 @@ void GuideService::StartIfDue() {
 void GuideService::Start(int64_t submap_id) {
   const ShapePtr shape = store_.Find(submap_id);
   if (shape == nullptr || !state_.IsLive(submap_id)) return StartIfDue();
-  working_ = true;
   LogDebug("submap {}: begins with {} photos", submap_id, shape->photos.size());
   std::shared_ptr<PlaceGuide>& guide = guides_[submap_id];
   if (guide == nullptr) guide = std::make_shared<PlaceGuide>(options_, no_go_);
@@ -172,6 +171,7 @@ void GuideService::Start(int64_t submap_id) {
         share_.NoteWork(cpu_s - std::exchange(noted_cpu_s_, cpu_s), begin_s);
         OnDone(submap_id, job);
       });
+  working_ = true;
 }
 
 PlaceInput GuideService::InputOf(const ShapePtr& shape) const {
@@ -211,7 +211,7 @@ void GuideService::NoteFailure(int64_t submap_id, const Status& status) {
   LogWarn("submap {}: no guidance: {}", submap_id, status.error());
   if (status.code != StatusCode::kUnavailable || !state_.IsLive(submap_id)) return;
   guides_.erase(submap_id);
-  if (++num_thrown_[submap_id] == kMaxThrown) LogWarn("submap {}: it is left out", submap_id);
+  failed_.Note(submap_id);
 }
 
 void GuideService::Tell(const PlaceGuidance& guidance) {

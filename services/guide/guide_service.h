@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "event_loop/alive.h"
+#include "event_loop/failed_items.h"
 #include "event_loop/worker_thread.h"
 #include "guide/guide_options.h"
 #include "guide/place_guidance.h"
@@ -24,8 +25,9 @@
 namespace skein {
 
 // GuideService knows only what the ledger and the mappers tell, so it may die and return at any
-// time; it then has forgotten which advice failed. An exception counts against the submap, of which
-// nothing is told any more after three. Loop's thread; guidance is worked out on another.
+// time; it then has forgotten which advice failed. An exception, a crash or a hang counts against
+// the submap (event_loop/failed_items.h), of which nothing is told any more after the third. Loop's
+// thread; guidance is worked out on another.
 class GuideService {
  public:
   // Throws std::invalid_argument where options.no_go cannot be read.
@@ -67,7 +69,7 @@ class GuideService {
   double sum_s_ = 0;
   // By submap; used by the worker.
   std::map<int64_t, std::shared_ptr<PlaceGuide>> guides_;
-  std::map<int64_t, int> num_thrown_;       // exceptions, by submap
+  FailedItems failed_;                      // submaps
   std::map<int64_t, guidance_t> guidance_;  // as told, by submap
   std::map<std::string, advice_t> advice_;  // as told, by agent
   PollLoop::TimerId timer_ = 0;

@@ -50,7 +50,7 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
   });
   writer_.OnStaged([this] { ArrangeFlush(); });
   NoteConfiguration();
-  node_.bus().RefuseWhatThrows([this] { return !writer_.is_half_staged(); });
+  node_.bus().RefuseWhatThrows();
   Subscribe();
   timer_ = node_.loop().AddTimer(kTickS, [this] { Tick(); });
   node_.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
@@ -58,7 +58,6 @@ IngestService::IngestService(Node& node, const IngestOptions& options)
 
 IngestService::~IngestService() {
   for (const auto subscription : subscriptions_) node_.bus().Unsubscribe(subscription);
-  node_.bus().RefuseWhatThrows(nullptr);
   node_.loop().CancelTimer(timer_);
 }
 

@@ -6,7 +6,7 @@
 #include <new>
 #include <stdexcept>
 
-#include "ingest/thrown_counts.h"
+#include "core/attempt.h"
 #include "testing/test_ingest.h"
 #include "testing/test_photos.h"
 
@@ -58,7 +58,7 @@ TEST_F(IngestServiceTest, AMessageOnWhichAnExceptionComesIsRefused) {
 
 TEST_F(IngestServiceTest, WhatThrowsTwiceIsCommittedAtItsThirdRepeat) {
   Publish("a.jpg", SmallJpeg());
-  int num_left = kMaxThrown - 1;
+  int num_left = kMaxFailures - 1;
   ingest_->steps().OnBegin([&](const Step& step) {
     if (step.name == "submission" && num_left-- > 0) throw std::bad_alloc();
   });

@@ -1,9 +1,9 @@
 #include "ingest/ledger_writer.h"
 
-#include <exception>
 #include <stdexcept>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/log.h"
 #include "ingest/submission_rules.h"
 #include "ledger/ledger_record.h"
@@ -34,23 +34,13 @@ Fact LedgerWriter::Stage(Fact fact, std::vector<LedgerNote> notes, OnCommitted t
   }
   Header(fact).session_id = session_id_;
   CompleteFact(&fact, state(), now_us_());
-  is_half_staged_ = true;
-  session_.Apply(fact);
-  ArrangeFlush();
-  notes_.insert(notes_.end(), notes.begin(), notes.end());
-  staged_.push_back({std::move(fact), std::move(then)});
-  is_half_staged_ = false;
+  ChangeWhole([&] {
+    session_.Apply(fact);
+    ArrangeFlush();
+    notes_.insert(notes_.end(), notes.begin(), notes.end());
+    staged_.push_back({std::move(fact), std::move(then)});
+  });
   return staged_.back().fact;
-}
-
-Status LedgerWriter::Try(const std::function<void()>& work) const {
-  try {
-    work();
-    return Status::Ok();
-  } catch (const std::exception& error) {
-    if (is_half_staged_) throw;
-    return Unavailable(error.what());
-  }
 }
 
 void LedgerWriter::StageNote(LedgerNote note) {
@@ -75,10 +65,12 @@ void LedgerWriter::Flush() {
   problem_.clear();
   const std::vector<Staged> batch = std::exchange(staged_, {});
   notes_.clear();
-  for (const Staged& staged : batch) {
-    for (const OnCommitted& observer : observers_) observer(staged.fact);
-    if (staged.then) staged.then(staged.fact);
-  }
+  ChangeWhole([&] {
+    for (const Staged& staged : batch) {
+      for (const OnCommitted& observer : observers_) observer(staged.fact);
+      if (staged.then) staged.then(staged.fact);
+    }
+  });
 }
 
 std::map<std::string, std::string> LedgerWriter::Notes(const std::string& kind) const {

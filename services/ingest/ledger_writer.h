@@ -25,16 +25,13 @@ class LedgerWriter {
                std::function<int64_t()> now_us);
 
   // Completes the fact (see CompleteFact) and stages it. `then` is called at Flush, after the
-  // observers. Returns the completed fact. Throws std::logic_error for a fact_id that exists.
+  // observers. Returns the completed fact. Throws std::logic_error for a fact_id that exists, and
+  // BrokenState where the fact is half staged: `state()` then differs from the ledger.
   Fact Stage(Fact fact, std::vector<LedgerNote> notes = {}, OnCommitted then = nullptr);
   void StageNote(LedgerNote note);
-  // Stage has thrown after it changed `state()`, which differs from the ledger since: the process
-  // must end.
-  bool is_half_staged() const { return is_half_staged_; }
-  // Attempt of work that may stage facts. Rethrows once a fact is half staged.
-  Status Try(const std::function<void()>& work) const;
   // If the disk takes no more, all stays staged, nobody is told of it, and problem() says why; a
-  // later Flush tries again. A fresh start finds the ledger as it was before.
+  // later Flush tries again. A fresh start finds the ledger as it was before. An exception of an
+  // observer or a `then` is a BrokenState: those after it would never hear of the facts.
   void Flush();
   const std::string& problem() const { return problem_; }  // for a person; "" if there is none
   bool has_staged() const { return !staged_.empty() || !notes_.empty(); }
@@ -72,7 +69,6 @@ class LedgerWriter {
   std::vector<OnCommitted> observers_;
   std::function<void()> arrange_flush_;
   std::string problem_;
-  bool is_half_staged_ = false;
 };
 
 }  // namespace skein

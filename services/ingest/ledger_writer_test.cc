@@ -7,6 +7,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/attempt.h"
 #include "ingest/submission_rules.h"
 #include "ingest/work_planner.h"
 #include "ledger/fact_ids.h"
@@ -413,16 +414,23 @@ TEST_F(LedgerWriterTest, DerivesTheOpenWorkFromTheLedger) {
   EXPECT_EQ(grants[1].item, 2);
 }
 
-TEST_F(LedgerWriterTest, AnExceptionIsAFailureUnlessItLeavesAFactHalfStaged) {
-  EXPECT_EQ(writer_->Try([] { throw std::length_error("too long"); }).error(), "too long");
+TEST_F(LedgerWriterTest, AFactThatIsHalfStagedIsABrokenState) {
   image_t image{};
   image.header.fact_id = "image/1";
   writer_->OnStaged([] { throw std::runtime_error("no loop"); });
-  EXPECT_THROW(writer_->Try([&] { writer_->Stage(image); }), std::runtime_error);
-  EXPECT_TRUE(writer_->is_half_staged());
+  EXPECT_THROW(writer_->Stage(image), BrokenState);
   Reopen();
-  EXPECT_FALSE(writer_->is_half_staged());
   EXPECT_EQ(state().num_images(), 0);
+}
+
+TEST_F(LedgerWriterTest, AnObserverThatThrowsIsABrokenStateAndTheFactIsInTheLedger) {
+  writer_->AddObserver([](const Fact&) { throw std::runtime_error("no planner"); });
+  image_t image{};
+  image.header.fact_id = "image/1";
+  writer_->Stage(image);
+  EXPECT_THROW(writer_->Flush(), BrokenState);
+  Reopen();
+  EXPECT_EQ(state().num_images(), 1);
 }
 
 }  // namespace skein::ledger_writer_test

@@ -333,7 +333,7 @@ void PhotoIntake::OnLeft(const LeftPhoto& photo) {
 
 void PhotoIntake::OnTaken(const Key& key, const Result<TakenPhoto>& taken) {
   Status status = taken.status();
-  if (status.ok()) status = writer_.Try([&] { Decide(key, *taken); });
+  if (status.ok()) status = Attempt([&] { Decide(key, *taken); });
   if (!status.ok()) NoteThrown(key, status.error());
 }
 

@@ -7,6 +7,7 @@
 #include <new>
 #include <set>
 
+#include "core/attempt.h"
 #include "core/file.h"
 #include "core/hash.h"
 #include "testing/test_decoder.h"
@@ -73,13 +74,13 @@ class ThrowingIntakeTest : public PhotoIntakeTest {
 };
 
 TEST_F(ThrowingIntakeTest, APhotoThatThrowsTwiceIsStoredAtItsThirdOffer) {
-  ThrowFirst(kMaxThrown - 1);
+  ThrowFirst(kMaxFailures - 1);
   EXPECT_EQ(Publish("a.jpg", SmallJpeg()).status, +image_ack_t::STORED);
-  EXPECT_EQ(num_taken_, kMaxThrown);
+  EXPECT_EQ(num_taken_, kMaxFailures);
 }
 
 TEST_F(ThrowingIntakeTest, APhotoThatThrowsThriceIsRefused) {
-  ThrowFirst(kMaxThrown);
+  ThrowFirst(kMaxFailures);
   const image_ack_t ack = Publish("a.jpg", SmallJpeg(1));
   EXPECT_EQ(ack.status, +image_ack_t::REFUSED);
   EXPECT_EQ(ack.reason, std::bad_alloc().what());

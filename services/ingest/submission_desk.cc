@@ -32,10 +32,8 @@ SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store
       worker_(node.loop()) {}
 
 void SubmissionDesk::OnSubmission(const Fact& fact) {
-  const Status taken = writer_.Try([&] {
-    const StepRecord::Scope scope(&node_.steps(), kSubmissionSlot, {0, kSubmissionStep});
-    Take(fact);
-  });
+  const Status taken =
+      AttemptStep(&node_.steps(), kSubmissionSlot, {0, kSubmissionStep}, [&] { Take(fact); });
   if (!taken.ok()) NoteThrown(Header(fact), taken.error());
 }
 

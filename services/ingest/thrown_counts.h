@@ -4,16 +4,16 @@
 #include <map>
 #include <string>
 
-namespace skein {
+#include "core/attempt.h"
 
-constexpr int kMaxThrown = 3;  // then an item is refused
+namespace skein {
 
 class ThrownCounts {
  public:
-  // True: for the kMaxThrown-th time, from which on the key counts anew.
+  // True: for the kMaxFailures-th time, from which on the key counts anew.
   bool Note(const std::string& key) {
     if (counts_.size() >= kMaxKeys && counts_.count(key) == 0) counts_.clear();
-    if (++counts_[key] < kMaxThrown) return false;
+    if (++counts_[key] < kMaxFailures) return false;
     counts_.erase(key);
     return true;
   }

@@ -4,6 +4,7 @@
 #include <csignal>
 #include <utility>
 
+#include "core/attempt.h"
 #include "core/log.h"
 #include "event_loop/exit_signal.h"
 #include "event_loop/step_record.h"
@@ -16,7 +17,6 @@ namespace skein {
 namespace {
 
 constexpr char kSubmapKind[] = "submap";
-constexpr int kMaxStepFailures = 3;
 
 }  // namespace
 
@@ -68,7 +68,7 @@ void WorkDesk::NoteFailedStep(int64_t submap_id, const std::string& step, const 
   fact.stage = kSubmapKind;
   fact.reason = ClampText(Printable(reason, 200));
   fact.attempts = 1 + (before == submap->failed_steps.end() ? 0 : before->second.attempts);
-  fact.parked = fact.attempts >= kMaxStepFailures;
+  fact.parked = fact.attempts >= kMaxFailures;
   LogWarn("{} failed ({} so far{}): {}", fact.name, fact.attempts,
           fact.parked ? ", left out from now on" : "", fact.reason);
   writer_.Stage(fact);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <csignal>
 
+#include "core/attempt.h"
 #include "event_loop/exit_signal.h"
 
 namespace skein {
@@ -11,8 +12,6 @@ namespace {
 constexpr double kSilentS = 3;  // a worker that hasn't asked (at 1 Hz) for so long gets nothing new
 constexpr double kRetryDelayS = 1;  // from a reported failure to the next try
 constexpr double kResendS = 0.5;    // a grant that isn't confirmed after this is told again
-constexpr int kMaxFailures = 3;     // reported errors and crashes together
-constexpr int kMaxKills = 10;       // deaths by SIGKILL while working on it: out of memory
 
 }  // namespace
 

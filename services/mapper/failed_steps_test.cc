@@ -2,12 +2,11 @@
 #include <ostream>
 #include <stdexcept>
 
+#include "core/attempt.h"
 #include "session/submap_steps.h"
 #include "testing/mapper_service_rig.h"
 
 namespace skein::failed_steps_test {
-
-constexpr int kMaxFailures = 3;
 
 // Without checkpoints each run begins from the seed: the test's ingest keeps no blobs.
 SubmapRunOptions WithoutCheckpoints() {

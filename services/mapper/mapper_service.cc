@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "core/attempt.h"
 #include "core/counted.h"
 #include "core/log.h"
+#include "session/submap_steps.h"
 
 namespace skein {
 namespace {
@@ -40,7 +42,7 @@ MapperService::MapperService(Node& node, const SubmapRunOptions& options, double
       })};
   timers_ = {loop.AddTimer(1.0,
                            [this] {
-                             for (const auto& [id, run] : runs_) run->Tick();
+                             ForEachRun([](SubmapRun& run) { run.Tick(); });
                              RetireWhenIdle();
                            }),
              loop.AddTimer(kCapacityPeriodS, [this] { UpdateCapacity(); })};
@@ -58,7 +60,16 @@ void MapperService::OnFact(const Fact& fact) {
   if (std::holds_alternative<registration_t>(fact) && Header(fact).author == node_.instance()) {
     ++num_done_;
   }
-  for (const auto& [id, run] : runs_) run->OnFact(fact);
+  ForEachRun([&](SubmapRun& run) { run.OnFact(fact); });
+}
+
+// work(run) of each. The run of an exception is half changed, and is dropped.
+template <class Work>
+void MapperService::ForEachRun(const Work& work) {
+  for (const auto& [id, run] : runs_) {
+    const Status done = Attempt([&work, &run = *run] { work(run); });
+    if (!done.ok()) OnEnd({id, run->epoch()}, {TrialsStep(), done.error()});
+  }
 }
 
 void MapperService::OnWork(const work_t& work) {

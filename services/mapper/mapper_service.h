@@ -19,7 +19,8 @@ namespace skein {
 
 // Holds leased submaps: one, and more where no other mapper is idle for them (SubmapSharing). All
 // submaps share the worker's thread. Without a submap the service follows the ledger and asks for
-// one. Loop's thread only.
+// one. A run on which an exception comes at a fact or a tick ends: it counts against the submap's
+// step TrialsStep, and the next run begins at the last checkpoint. Loop's thread only.
 class MapperService {
  public:
   // retire_after_s: ends the node after so long without a submap; 0: never. share_after_s: see
@@ -32,6 +33,8 @@ class MapperService {
   void OnFact(const Fact& fact);
   void OnWork(const work_t& work);
   void OnEnd(const Lease& lease, const SubmapRun::Ending& ending);
+  template <class Work>
+  void ForEachRun(const Work& work);
   void OnSharedRequest(const shared_request_t& request);
   void UpdateCapacity();
   void RetireWhenIdle();

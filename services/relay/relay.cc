@@ -44,9 +44,6 @@ constexpr double kMemberS = 60;  // certificates expire: a hello counts for so l
 
 constexpr char kWatchPort[] = "this port is for listening; publish on the session's URL";
 
-// Each of the first, then each power of two.
-bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
-
 // What a client calls something, for the log.
 std::string Shown(const std::string& text) {
   std::string shown = text.substr(0, 64);

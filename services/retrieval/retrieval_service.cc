@@ -10,6 +10,7 @@
 #include "core/file_below.h"
 #include "core/folder.h"
 #include "core/log.h"
+#include "event_loop/exit_signal.h"
 #include "event_loop/step_record.h"
 #include "ledger/session_folder.h"
 #include "retrieval/messages.h"
@@ -52,7 +53,11 @@ void WriteCheckpoint(const RetrievalState& state, const std::string& session_id,
 }  // namespace
 
 RetrievalService::RetrievalService(Node& node, const RetrievalOptions& options)
-    : node_(node), options_(options), checkpoint_path_(CheckpointPath(node)) {
+    : node_(node),
+      options_(options),
+      checkpoint_path_(CheckpointPath(node)),
+      failed_(node.options().session_dir, "retrieval.failed", kStep, node.steps().left(),
+              PreviousExitSignal()) {
   node.OnHeartbeat([this](heartbeat_t* heartbeat) { FillHeartbeat(heartbeat); });
   timer_ = node.loop().AddTimer(kTickPeriodS, [this] { Tick(); });
   RemoveLeftovers(checkpoint_path_);
@@ -75,8 +80,8 @@ void RetrievalService::Start(State state) {
   steps_.clear();
   caught_up_ = false;
   worker_ = std::make_unique<WorkerThread>(node_.loop());
-  follower_ = std::make_unique<LedgerFollower>(node_, start_seq_ + 1,
-                                               [this](const Fact& fact) { OnFact(fact); });
+  follower_ = std::make_unique<LedgerFollower>(
+      node_, start_seq_ + 1, [this](const Fact& fact) { ChangeWhole([&] { OnFact(fact); }); });
 }
 
 RetrievalService::State RetrievalService::LoadCheckpoint() const {
@@ -180,11 +185,15 @@ void RetrievalService::RunReadySteps() {
   }
 }
 
-// Whatever is wrong with its descriptor, and whatever throws, a photo is answered for: without
-// candidates.
+// Whatever is wrong with its descriptor, whatever throws, and whatever the process died of thrice,
+// a photo is answered for: without candidates.
 std::optional<Candidates> RetrievalService::Apply(const Step& step, RetrievalState* state) const {
-  auto applied =
-      AttemptStep(&node_.steps(), 0, {step.image_id, kStep}, [&] { return step.apply(state); });
+  const auto apply = [&]() -> Result<std::optional<Candidates>> {
+    if (failed_.IsLeftOut(step.image_id))
+      return FailedPrecondition("left out: see retrieval.failed");
+    return step.apply(state);
+  };
+  auto applied = AttemptStep(&node_.steps(), 0, {step.image_id, kStep}, apply);
   if (applied.ok()) return *std::move(applied);
   LogWarn("image {} {}: {}", step.image_id, step.asks ? "has no candidates" : "is not updated",
           applied.error());

@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 
+#include "event_loop/failed_items.h"
 #include "event_loop/worker_thread.h"
 #include "node/ledger_follower.h"
 #include "node/node.h"
@@ -21,7 +22,8 @@ namespace skein {
 // Index and checkpoint live on a worker thread. With a shared session folder the checkpoint is
 // retrieval/hnsw.bin, so a restart replays only the rest of the ledger. An unusable checkpoint is
 // set aside with a line in the log, and all is replayed. A photo on which an exception comes has no
-// candidates: a restart would end at the same fact. Loop's thread only.
+// candidates: a restart would end at the same fact. A photo on which the process crashed or hung
+// (event_loop/failed_items.h) is left out after the third time likewise. Loop's thread only.
 class RetrievalService {
  public:
   RetrievalService(Node& node, const RetrievalOptions& options);
@@ -61,6 +63,7 @@ class RetrievalService {
   Node& node_;
   const RetrievalOptions options_;
   const std::filesystem::path checkpoint_path_;  // empty: no folder
+  const FailedItems failed_;                     // photos; read by worker_, too
 
   State state_;                         // used by worker_ only, once started
   int64_t start_seq_ = 0;               // of the checkpoint

@@ -275,6 +275,18 @@ TEST_F(Retrieval, APhotoOnWhichAnExceptionComesHasNoCandidates) {
   EXPECT_EQ(ingest_->candidates().at(22).other_ids.size(), 20u);
 }
 
+TEST_F(Retrieval, APhotoOnWhichProcessesDiedThriceHasNoCandidates) {
+  RunOnce();
+  FailedItems failed(session_.paths.root, "retrieval.failed", "candidates", {}, 0);
+  for (int i = 0; i < kMaxFailures; ++i) failed.Note(21);
+  ingest_->AddPhoto(21);
+  ingest_->AddPhoto(22);
+  Start();
+  ASSERT_TRUE(RunUntilAnswered(22));
+  EXPECT_TRUE(ingest_->candidates().at(21).other_ids.empty());
+  EXPECT_EQ(ingest_->candidates().at(22).other_ids.size(), 20u);
+}
+
 TEST_F(Retrieval, PhotoThatWasGivenUpIsNoCandidate) {
   RunOnce();
   ingest_->AddFailure(3, true);

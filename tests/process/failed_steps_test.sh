@@ -8,13 +8,7 @@ new_workspace
 url=$(test_lcm_url)
 use_place 2 8 --scenario disjoint --seed 2 --size 800x600
 
-# The programs, with a faulty mapper among them.
-programs=$workspace/build
-mkdir -p "$programs/bin"
-ln -s "$SKEIN_BUILD"/bin/* "$programs/bin/"
-faulty=$(find "$SKEIN_BUILD" -name faulty_mapper -type f -perm -u+x | head -n 1)
-[[ -n $faulty ]] || fail "no faulty_mapper in $SKEIN_BUILD"
-ln -sf "$faulty" "$programs/bin/skein-mapper"
+use_faulty mapper
 
 # run_with NAME FAULTS: a whole session
 run_with() {

@@ -27,4 +27,12 @@ TEST(Attempt, AnExceptionIsAFailureThatMayPass) {
   EXPECT_EQ(Attempt([] { throw 7; }).error(), "unknown exception");
 }
 
+TEST(Attempt, BrokenStateGoesThrough) {
+  const auto change = [] { ChangeWhole([] { throw std::bad_alloc(); }); };
+  EXPECT_THROW(Attempt(change), BrokenState);
+  int changed = 0;
+  ChangeWhole([&] { ++changed; });
+  EXPECT_EQ(changed, 1);
+}
+
 }  // namespace skein::attempt_test

@@ -4,6 +4,7 @@
 
 #include <fmt/core.h>
 
+#include <cstdint>
 #include <string>
 
 namespace skein {
@@ -31,5 +32,9 @@ template <class... T>
 void LogError(fmt::format_string<T...> format, const T&... args) {
   WriteLog(LogLevel::kError, format, fmt::make_format_args(args...));
 }
+
+// Whether the count-th of events that repeat themselves is logged: each of the first, then each
+// power of two.
+inline bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
 
 }  // namespace skein

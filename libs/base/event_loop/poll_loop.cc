@@ -12,7 +12,9 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/attempt.h"
 #include "core/clock.h"
+#include "core/log.h"
 
 namespace skein {
 namespace {
@@ -196,16 +198,37 @@ void PollLoop::RunTimers() {
   while (!due_.empty() && due_.begin()->first <= started_s) {
     const TimerId id = due_.begin()->second;
     due_.erase(due_.begin());
-    TimerEntry& timer = timers_.at(id);
-    const auto handler = timer.handler;
-    if (timer.period_s > 0) {
-      timer.due_s = std::max(timer.due_s + timer.period_s, started_s + 0.5 * timer.period_s);
-      due_.emplace(timer.due_s, id);
-    } else {
-      timers_.erase(id);
-    }
-    (*handler)();
+    RunTimer(id, started_s);
   }
+}
+
+void PollLoop::RunTimer(TimerId id, double started_s) {
+  TimerEntry& timer = timers_.at(id);
+  const auto handler = timer.handler;
+  const bool is_periodic = timer.period_s > 0;
+  if (is_periodic) {
+    timer.due_s = std::max(timer.due_s + timer.period_s, started_s + 0.5 * timer.period_s);
+    due_.emplace(timer.due_s, id);
+  }
+  const bool is_done = RunNoting("a timer", *handler);
+  const auto left = timers_.find(id);
+  if (is_periodic || left == timers_.end()) return;  // the handler may cancel its own timer
+  if (is_done) {
+    timers_.erase(left);
+  } else {
+    left->second.due_s = now_s() + kRetryS;
+    due_.emplace(left->second.due_s, id);
+  }
+}
+
+bool PollLoop::RunNoting(const std::string& source, const Handler& work) {
+  const Status done = Attempt(work);
+  if (done.ok()) return true;
+  thrown_ = {thrown_.count + 1, source + ": " + done.error(), now_s()};
+  if (IsWorthALine(thrown_.count)) {
+    LogError("an exception of {} ({} so far)", thrown_.last, thrown_.count);
+  }
+  return false;
 }
 
 void PollLoop::RunPosted() {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -16,11 +17,22 @@
 namespace skein {
 
 // All but Post, Stop and now_s belong to the loop's thread, or to the constructing thread before
-// Run. Handlers must not block. An exception of a handler leaves Run.
+// Run. Handlers must not block. An exception of a timer's handler is noted, and the handler is
+// called again: after its period, or kRetryS later where it is called once. Each handler looks at
+// the present state, so it makes up for the call that failed. A BrokenState (core/attempt.h), and
+// any exception of another handler, leaves Run.
 class PollLoop {
  public:
   using Handler = std::function<void()>;
   using TimerId = int64_t;
+  static constexpr double kRetryS = 1;
+
+  // Exceptions that this loop has noted.
+  struct Thrown {
+    int64_t count = 0;
+    std::string last;   // source and text of the last one
+    double last_s = 0;  // now_s() of the last one
+  };
 
   // Timers go by `clock`, which any thread may call; RunUntil waits real seconds.
   explicit PollLoop(Clock clock = MonotonicS);
@@ -41,10 +53,14 @@ class PollLoop {
   // Calls `handler` every period_s, first after one period. A loop that was busy skips the ticks
   // that it missed. Throws std::invalid_argument unless period_s > 0.
   TimerId AddTimer(double period_s, Handler handler);
-  // Calls `handler` once, delay_s from now.
+  // Calls `handler` once, delay_s from now; again if it throws.
   TimerId AddOneShot(double delay_s, Handler handler);
   // No effect if it is gone already.
   void CancelTimer(TimerId id);
+
+  // Calls `work`. False: an exception was noted, as one of `source`, and logged.
+  bool RunNoting(const std::string& source, const Handler& work);
+  const Thrown& thrown() const { return thrown_; }
 
   // Runs `handler` on the loop's thread, soon, in the order of posting. Any thread.
   void Post(Handler handler);
@@ -78,6 +94,7 @@ class PollLoop {
   void RunDescriptors(int wait_ms);
   void CallReady(int fd, short events);
   void RunTimers();
+  void RunTimer(TimerId id, double started_s);
   void RunPosted();
   void ReadSignals();
 
@@ -86,6 +103,7 @@ class PollLoop {
   std::map<TimerId, TimerEntry> timers_;
   std::set<std::pair<double, TimerId>> due_;  // (due_s, id)
   TimerId next_timer_id_ = 1;
+  Thrown thrown_;
   bool interrupted_ = false;
   bool handles_signals_ = false;
 

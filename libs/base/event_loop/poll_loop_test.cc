@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "event_loop/worker_thread.h"
 
@@ -86,6 +87,45 @@ TEST(PollLoop, StopsOnASignal) {
   loop.Post([] { ::raise(SIGTERM); });
   loop.Run();
   EXPECT_TRUE(loop.interrupted());
+}
+
+TEST(PollLoop, AnExceptionOfATimerIsNotedAndTheTimerTicksOn) {
+  PollLoop loop;
+  int ticks = 0;
+  loop.AddTimer(0.001, [&] {
+    if (++ticks < 3) throw std::runtime_error("no time");
+  });
+  EXPECT_TRUE(loop.RunUntil([&] { return ticks == 4; }, 10));
+  EXPECT_EQ(loop.thrown().count, 2);
+  EXPECT_EQ(loop.thrown().last, "a timer: no time");
+}
+
+TEST(PollLoop, AOneShotThatThrowsIsCalledAgainUnlessItIsCancelled) {
+  double now_s = 100;
+  PollLoop loop([&] { return now_s; });
+  int shots = 0, cancelled = 0;
+  loop.AddOneShot(0, [&] {
+    if (++shots == 1) throw std::runtime_error("not yet");
+  });
+  PollLoop::TimerId other = 0;
+  other = loop.AddOneShot(0, [&] {
+    ++cancelled;
+    throw std::runtime_error("never");
+  });
+  ASSERT_TRUE(loop.RunUntil([&] { return loop.thrown().count == 2; }, 10));
+  loop.CancelTimer(other);
+  EXPECT_FALSE(loop.RunUntil([&] { return shots > 1; }, 0.02)) << "not before kRetryS";
+  now_s += PollLoop::kRetryS;
+  EXPECT_TRUE(loop.RunUntil([&] { return shots == 2; }, 10));
+  now_s += PollLoop::kRetryS;
+  EXPECT_FALSE(loop.RunUntil([&] { return shots > 2; }, 0.02));
+  EXPECT_EQ(cancelled, 1);
+}
+
+TEST(PollLoop, ABrokenStateOfATimerLeavesRun) {
+  PollLoop loop;
+  loop.AddTimer(0.001, [] { throw BrokenState("half a fact"); });
+  EXPECT_THROW(loop.Run(), BrokenState);
 }
 
 TEST(PollLoop, AnExceptionOfAHandlerLeavesRun) {

@@ -53,10 +53,13 @@ void Submitter::Submit(Fact fact, OnDone on_done) {
   header.seq = 0;
   header.utime_us = 0;
   const std::string fact_id = header.fact_id;
-  const auto [entry, is_new] =
-      pending_.try_emplace(fact_id, Pending{std::move(fact), {}, kFirstRepeatS, 0});
-  entry->second.on_done.push_back(std::move(on_done));
-  if (is_new) Send(&entry->second);
+  if (const auto known = pending_.find(fact_id); known != pending_.end()) {
+    known->second.on_done.push_back(std::move(on_done));
+    return;
+  }
+  Pending pending{std::move(fact), {std::move(on_done)}, kFirstRepeatS, 0};
+  Send(&pending);  // one that throws is not repeated
+  pending_.emplace(fact_id, std::move(pending));
 }
 
 void Submitter::Send(Pending* pending) {

@@ -65,8 +65,9 @@ void LedgerFollower::DeliverReady() {
     ahead_.erase(ahead_.begin());
     ++next_seq_;
     gap_since_s_ = 0;
-    node_.NoteCommitted(fact);
-    on_fact_(fact);
+    const std::string source = "fact " + Header(fact).fact_id;
+    node_.loop().RunNoting(source, [&] { node_.NoteCommitted(fact); });
+    node_.loop().RunNoting(source, [&] { on_fact_(fact); });
   }
   delivering_ = false;
 }

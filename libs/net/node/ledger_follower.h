@@ -15,7 +15,11 @@ namespace skein {
 
 // Listens to the committed facts. Missing facts (lost, or older than this process) are pulled from
 // ingest as blobs of a range, one at a time. So a late joiner reads at its own pace. Ingest repeats
-// the ledger's head, which reveals a lost last fact. Loop's thread only.
+// the ledger's head, which reveals a lost last fact. An exception of on_fact, or of an observer of
+// the node, is noted by the loop (PollLoop::RunNoting), and the next fact is delivered: what this
+// process does about the fact is left out. The fact changes the process's state whole: a fold like
+// SessionState turns its own exceptions into BrokenState, which ends the process. Loop's thread
+// only.
 class LedgerFollower {
  public:
   using OnFact = std::function<void(const Fact&)>;

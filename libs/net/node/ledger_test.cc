@@ -1,8 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <set>
+#include <stdexcept>
 #include <string>
 
+#include "core/attempt.h"
 #include "ledger/ledger_range.h"
 #include "node/ledger_follower.h"
 #include "testing/test_node.h"
@@ -42,6 +44,35 @@ TEST_F(LedgerTest, FollowerDeliversInOrderOnce) {
   ASSERT_TRUE(loop_.RunUntil([&] { return follower.processed_seq() == 50; }, 10));
   delivered.ExpectAllFrom(1, 50);
   EXPECT_TRUE(follower.caught_up());
+}
+
+TEST_F(LedgerTest, AnExceptionAtAFactIsNotedAndTheNextIsDelivered) {
+  Delivered delivered;
+  LedgerFollower follower(node_, 1, [&](const Fact& fact) {
+    delivered(fact);
+    if (Header(fact).seq == 2) throw std::runtime_error("no such photo");
+  });
+  for (const char* id : {"a/1", "a/2", "a/3"}) ingest_.Commit(TestFact(id));
+  ASSERT_TRUE(loop_.RunUntil([&] { return follower.processed_seq() == 3; }, 10));
+  delivered.ExpectAllFrom(1, 3);
+  EXPECT_EQ(loop_.thrown().count, 1);
+  EXPECT_EQ(loop_.thrown().last, "fact a/2: no such photo");
+  std::string problem;
+  bus_.Subscribe(kHeartbeatChannel, [&](const heartbeat_t& beat) { problem = beat.problem; });
+  ASSERT_TRUE(loop_.RunUntil([&] { return !problem.empty(); }, 10));
+  EXPECT_EQ(problem, "it goes on after an exception of fact a/2: no such photo");
+}
+
+TEST_F(LedgerTest, ABrokenStateAtAFactLeavesRun) {
+  LedgerFollower follower(node_, 1, [](const Fact&) { throw BrokenState("half a fact"); });
+  ingest_.Commit(TestFact("a/1"));
+  EXPECT_THROW(loop_.RunUntil([] { return false; }, 10), BrokenState);
+}
+
+TEST_F(LedgerTest, AFactThatCannotBeSentIsRefusedAtOnceAndNotRepeated) {
+  EXPECT_THROW(node_.submitter().Submit(TestFact(std::string(kMaxMessageBytes, 'a')), nullptr),
+               std::length_error);
+  EXPECT_EQ(node_.submitter().pending(), 0);
 }
 
 TEST_F(LedgerTest, LateJoinerReplaysMoreThanOneRange) {

@@ -23,6 +23,15 @@ namespace {
 
 constexpr double kKeepCountersS = 5.0;
 
+constexpr double kTellThrownS = 60;
+
+// "" once the loop has noted no exception for kTellThrownS.
+std::string ProblemOf(const PollLoop& loop) {
+  const PollLoop::Thrown& thrown = loop.thrown();
+  if (thrown.count == 0 || loop.now_s() - thrown.last_s > kTellThrownS) return "";
+  return ClampText("it goes on after an exception of " + thrown.last);
+}
+
 // A signal came before there was a session.
 struct Interrupted : std::exception {
   const char* what() const noexcept override { return "interrupted"; }
@@ -255,6 +264,7 @@ void Node::SendHeartbeat() {
   beat.num_decode_failures = bus_.counters().num_decode_failures;
   beat.num_refused = bus_.counters().num_refused;
   if (fill_heartbeat_) fill_heartbeat_(&beat);
+  if (beat.problem.empty()) beat.problem = ProblemOf(loop_);
   bus_.Publish(kHeartbeatChannel, beat);
 }
 

@@ -16,9 +16,6 @@ constexpr double kBulkIdleS = 5.0;
 // Its relay lets who has said no hello for a minute hear nothing more.
 constexpr double kHelloS = 15.0;
 
-// Each of the first, then each power of two: who sends nonsense repeats itself.
-bool IsWorthALine(int64_t count) { return count <= 3 || (count & (count - 1)) == 0; }
-
 }  // namespace
 
 Bus::Bus(const std::string& url, PollLoop& loop) : url_(ParseLcmUrl(url)), loop_(loop) {

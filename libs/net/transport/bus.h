@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <exception>
 #include <functional>
 #include <map>
 #include <memory>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "auth/message_seal.h"
+#include "core/attempt.h"
 #include "core/bytes.h"
 #include "event_loop/poll_loop.h"
 #include "transport/channels.h"
@@ -105,9 +105,9 @@ class Bus {
   // In a handler: counts the message as refused; the log tells the reason and the detail.
   void Refuse(const std::string& channel, const char* why, const std::string& detail = "");
 
-  // An exception of a handler refuses its message while `may_go_on` holds. Otherwise, and unset,
-  // the exception leaves the loop.
-  void RefuseWhatThrows(std::function<bool()> may_go_on) { may_go_on_ = std::move(may_go_on); }
+  // From now on an exception of a handler refuses its message, unless it is a BrokenState
+  // (core/attempt.h). Before, the exception leaves the loop.
+  void RefuseWhatThrows() { refuses_what_throws_ = true; }
 
   const LcmUrl& url() const { return url_; }
   const BusCounters& counters() const { return counters_; }
@@ -154,12 +154,9 @@ class Bus {
   }
   template <class Work>
   void Handle(const std::string& channel, const Work& work) {
-    try {
-      work();
-    } catch (const std::exception& error) {
-      if (!may_go_on_ || !may_go_on_()) throw;
-      Refuse(channel, "its handler threw", error.what());
-    }
+    if (!refuses_what_throws_) return work();
+    const Status handled = Attempt(work);
+    if (!handled.ok()) Refuse(channel, "its handler threw", handled.error());
   }
 
   bool PublishRaw(bool bulk, const std::string& channel, const Bytes& message);
@@ -191,7 +188,7 @@ class Bus {
   // Sender of the message that is handled; null without a seal.
   const Sender* sender_ = nullptr;
   std::function<bool(const std::string&)> drop_received_;
-  std::function<bool()> may_go_on_;  // see RefuseWhatThrows
+  bool refuses_what_throws_ = false;
 };
 
 }  // namespace skein

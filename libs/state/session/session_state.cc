@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <iterator>
-#include <stdexcept>
 
+#include "core/attempt.h"
 #include "core/finite.h"
 
 namespace skein {
@@ -25,12 +25,11 @@ bool SubmapLife::IsLeftOut(const std::string& step) const {
 void SessionState::Apply(const Fact& fact) {
   const fact_header_t& header = Header(fact);
   if (header.seq != head_seq_ + 1) {
-    throw std::logic_error("fact " + std::to_string(header.seq) + " after " +
-                           std::to_string(head_seq_));
+    throw BrokenState("fact " + std::to_string(header.seq) + " after " + std::to_string(head_seq_));
   }
   head_seq_ = header.seq;
   last_utime_us_ = header.utime_us;
-  std::visit([this](const auto& f) { ApplyFact(f); }, fact);
+  ChangeWhole([&] { std::visit([this](const auto& f) { ApplyFact(f); }, fact); });
 }
 
 std::string PhotoName(const std::string& agent, const std::string& name) {

@@ -115,7 +115,8 @@ struct FinishState {
 // of the source.
 class SessionState {
  public:
-  // Facts in the order of seq, without gaps; throws std::logic_error otherwise.
+  // Facts in the order of seq, without gaps. Throws BrokenState (core/attempt.h) otherwise, and for
+  // any exception on the way: the state would hold half a fact.
   void Apply(const Fact& fact);
 
   int64_t head() const { return head_seq_; }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/attempt.h"
 #include "core/clock.h"
 #include "ledger/fact_ids.h"
 #include "session/submap_facts.h"
@@ -244,7 +245,7 @@ TEST_F(SessionStateTest, FactsOutOfOrderAreABrokenContract) {
   SessionState fresh;
   image_t image{};
   image.header.seq = 2;
-  EXPECT_THROW(fresh.Apply(image), std::logic_error);
+  EXPECT_THROW(fresh.Apply(image), BrokenState);
 }
 
 // Ten thousand photos of which the last half is matched with a hub that all of them see.

@@ -15,7 +15,7 @@ namespace skein {
 // facts, any reads.
 class SessionView {
  public:
-  // Facts in the order of seq.
+  // Facts in the order of seq. An exception on the way becomes BrokenState (core/attempt.h).
   void Apply(const Fact& fact);
 
   const EventLog& events() const { return events_; }

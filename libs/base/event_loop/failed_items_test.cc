@@ -1,4 +1,4 @@
-#include "dense/failed_items.h"
+#include "event_loop/failed_items.h"
 
 #include <gtest/gtest.h>
 
@@ -24,11 +24,19 @@ TEST(FailedItems, ThirdDeathOnAnItemLeavesItOut) {
   EXPECT_EQ(Failed(folder.path(), {}, 0).LeftOut(), std::vector<int64_t>{7});
 }
 
-TEST(FailedItems, DeathsFromOutsideDoNotCount) {
+TEST(FailedItems, OtherDeathsDoNotCount) {
   const TestFolder folder;
   for (int i = 0; i < 5; ++i) {
-    EXPECT_TRUE(Failed(folder.path(), kDiedOn7, i % 2 == 0 ? SIGKILL : 0).LeftOut().empty());
+    EXPECT_TRUE(Failed(folder.path(), kDiedOn7, i % 2 == 0 ? SIGTERM : 0).LeftOut().empty());
   }
+}
+
+TEST(FailedItems, TenthSigkillOnAnItemLeavesItOut) {
+  const TestFolder folder;
+  for (int i = 1; i < kMaxKills; ++i) {
+    EXPECT_FALSE(Failed(folder.path(), kDiedOn7, SIGKILL).IsLeftOut(7)) << i;
+  }
+  EXPECT_TRUE(Failed(folder.path(), kDiedOn7, SIGKILL).IsLeftOut(7));
 }
 
 TEST(FailedItems, StepsOfAnotherNameDoNotCount) {
@@ -41,7 +49,9 @@ TEST(FailedItems, StepsOfAnotherNameDoNotCount) {
 TEST(FailedItems, ErrorsCountToo) {
   FailedItems failed = Failed("", kDiedOn7, SIGABRT);
   EXPECT_FALSE(failed.Note(7));
+  EXPECT_FALSE(failed.IsLeftOut(7));
   EXPECT_TRUE(failed.Note(7));
+  EXPECT_TRUE(failed.IsLeftOut(7));
   EXPECT_FALSE(failed.Note(9));
 }
 
