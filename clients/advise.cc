@@ -15,10 +15,10 @@
 namespace skein {
 namespace {
 
-constexpr double kTogetherS = 0.5;     // what comes together is printed together
-constexpr double kGuidePeriodS = 5.5;  // the guide repeats itself within it
+constexpr double kTogetherS = 0.5;     // messages within this time are printed at once
+constexpr double kGuidePeriodS = 5.5;  // the guide repeats its messages within this time
 constexpr double kAdviceTimeoutS = 20;
-constexpr double kForgetToldS = 30;      // what is not told any more
+constexpr double kForgetToldS = 30;      // advice that the guide does not repeat is dropped
 constexpr size_t kMaxToldKept = 10'000;  // submaps, agents
 constexpr size_t kMaxSentence = 300;
 
@@ -40,7 +40,7 @@ std::optional<int> ParseAdviseOptions(int argc, char** argv, AdviseOptions* opti
   return ParseOptions(&app, argc, argv);
 }
 
-// The latest word of the guide.
+// Latest guidance_t of each submap and advice_t of each agent.
 class AdviceWatch {
  public:
   AdviceWatch(Node& node, std::string agent) : node_(node), agent_(std::move(agent)) {
@@ -140,7 +140,7 @@ int RunAdvise(int argc, char** argv) {
                 << "; is the session running, and are its photos in a map?" << std::endl;
       return kExitError;
     }
-    // One agent's is said in one message, others within the guide's period.
+    // The advice of one agent is one message; all agents' come within the guide's period.
     node->loop().RunUntil([] { return false; }, options.agent.empty() ? kGuidePeriodS : kTogetherS);
     std::cout << say() << std::flush;
     return kExitOk;

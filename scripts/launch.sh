@@ -22,7 +22,7 @@
 #   --mappers MIN:MAX  mappers: MIN always, one more whenever a submap waits and none is idle, up to
 #                   MAX; those leave again when they have been idle for 10 s. At MAX, submaps share a
 #                   mapper in turn. N: always N. Default 1:16. Every host may have such a pool
-#   --top-n N       candidates that retrieval names a photo (default 200: 30 to be matched, more to be looked at)
+#   --top-n N       candidates of a photo (default 200: 30 to be matched, further ones for photos with few overlaps)
 #   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison
 #   --no-background-ba  mappers refine the whole map in turn with registration, for comparison

@@ -13,7 +13,7 @@
 #   --ground-truth PATH    evaluate against Strecha .camera files, a COLMAP model or TUM lines
 #   --lcm-url URL          default: one of this session's own
 #   --features N --matching N --mappers MIN:MAX --threads N --build DIR    as in launch.sh
-#   --top-n N              candidates a photo (default 200: 30 to be matched, more to be looked at)
+#   --top-n N              candidates of a photo (default 200: 30 to be matched, further ones for photos with few overlaps)
 #   --no-second-look       match with all candidates, for comparison
 #   --no-merge             leave the submaps apart, for comparison
 #   --no-background-ba     mappers refine the whole map in turn with registration, for comparison

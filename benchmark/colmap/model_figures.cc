@@ -1,5 +1,5 @@
-// model_figures: what can be said of a COLMAP model for a comparison, as one line of JSON. All
-// figures are computed again from poses, points and observations, whatever the model's files say.
+// model_figures: figures of a COLMAP model for a comparison, as one line of JSON. All figures are
+// computed from poses, points and observations; errors stored in the files are ignored.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -1,23 +1,23 @@
 #!/usr/bin/env bash
-# A long day: agents and pages come and go for hours, and memory, descriptors, threads and disk of every
-# process are sampled.
+# Endurance test: agents and pages of the live view come and go for hours. Memory, file descriptors and threads of
+# every process and the size of the session folder are sampled.
 #
 #   benchmark/faults/soak.sh [--minutes M] [--agents N] [--walk N] [--period S] [--keep DIR] [--picture FILE]
 #
 #   --minutes M     how long photos come (default 120)
-#   --agents N      at a time (default 3)
-#   --walk N        photos of an agent; then another agent comes, at once (default 24)
-#   --period S      from a photo of an agent to its next (default 20)
+#   --agents N      agents at the same time (default 3)
+#   --walk N        photos of an agent, after which another agent starts at once (default 24)
+#   --period S      seconds between two photos of an agent (default 20)
 #   --keep DIR      keeps the session and samples.csv there
 #   --picture FILE.png  draws memory, descriptors and disk over the photos (needs gnuplot)
 #
 # Over tcpq, with relays. Every third agent is killed (kill -9) half-way and begins again. A page of the
-# live view is open for five minutes, then none for five. A sample every 30 s: what /proc tells of each process
-# that launch.sh runs, and the bytes of the session's folder.
+# live view is open for five minutes, then closed for five. Every 30 s /proc of each process of launch.sh and the
+# size of the session folder are sampled.
 #
-# A row: of a process that ran from the second quarter on to the end; its memory at the end, how much it grew for
-# each photo after the first quarter, its descriptors and threads in the second and in the last quarter (medians). Exits 1
-# if a process has over two descriptors or threads more in the last, or if a photo is lost. Needs a network namespace
+# Prints a row for each process that ran from the second quarter to the end: memory at the end (MiB), growth after the
+# first quarter (KiB a photo), file descriptors and threads in the second and in the last quarter (medians). Exit code 1:
+# a process has over two descriptors or threads more in the last quarter, or a photo is lost. Needs a network namespace
 # of its own, so root or user namespaces.
 source "$(dirname "$0")/../../tests/harness.sh"
 source "$(dirname "$0")/../../tests/session.sh"
@@ -42,7 +42,7 @@ start_agent() {
   agent_of[$1]=$!
 }
 
-# Agents that have sent all go; new ones come. Every third is killed once, half-way.
+# Replaces agents that have sent all their photos by new ones. Kills every third agent once, half-way, and restarts it.
 change_agents() {
   local folder
   for folder in "${!agent_of[@]}"; do

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Robots capture an unknown place by advice alone (`skein sim --follow-advice`), from their first photos until the place is told
-# complete or nothing more is advised: how many photos that takes, and what is told of the place meanwhile.
+# complete or nothing more is advised. Measures the number of photos and the completeness told meanwhile.
 #
 #   benchmark/guidance/follow_advice.sh [--agents N] [--scenario NAME] [--seed N] [--size WxH] [--photos N] [--walks N] [--keep DIR]
 #

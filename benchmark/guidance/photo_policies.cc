@@ -19,8 +19,8 @@ bool Sees(const DepthGrid& view, const Eigen::Vector3d& centre, const Surfel& su
          view.Look(surfel.position, kViewTolerance) == DepthGrid::Sight::kSeen;
 }
 
-// The left photo with the highest score, among those that are predicted to share points with the
-// map; as `skein` predicts it for viewpoints.
+// Finds the remaining photo with the highest score among those that are predicted to share points
+// with the map. The prediction is that of `skein` for viewpoints.
 class Scorer {
  public:
   Scorer(const PhotoPool& pool, const Capture& capture)
@@ -77,8 +77,8 @@ class Scorer {
 using Utility =
     std::function<double(double target_gsd, const Surfel&, const std::vector<ViewOfSurfel>&)>;
 
-// How near to good a surfel is with these photos, 0 to 1. The first two count a little, as no
-// third one helps without them.
+// Progress of a surfel towards `good`, 0 to 1. Each of the first two photos adds 0.1, because a
+// third one helps only with them.
 double UpToGood(double target_gsd, const Surfel& surfel, const std::vector<ViewOfSurfel>& views) {
   const SurfelQuality quality = AssessSurfel(target_gsd, surfel.normal, views);
   if (quality.good) return 1;
@@ -87,8 +87,8 @@ double UpToGood(double target_gsd, const Surfel& surfel, const std::vector<ViewO
   return 0.1 * std::min(quality.num_photos, 2) + 0.76 * pairs;
 }
 
-// Each photo adds less than the one before, and more where it makes the depth surer; good is not
-// the end.
+// Utility with diminishing returns: each photo adds less than the one before, and more if it lowers
+// the standard deviation of the depth. A surfel that is good can still gain.
 double Diminishing(double target_gsd, const Surfel& surfel,
                    const std::vector<ViewOfSurfel>& views) {
   const SurfelQuality quality = AssessSurfel(target_gsd, surfel.normal, views);
@@ -97,7 +97,8 @@ double Diminishing(double target_gsd, const Surfel& surfel,
              std::min(1.0, target_gsd / quality.sigma);
 }
 
-// Area that becomes good or comes nearer to it, and what open borders promise.
+// Takes the photo with the largest gain: sum over surfels of area * (rise of utility), and the
+// expected gain at frontiers.
 int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& utility_of) {
   const double target_gsd = capture.place.completeness.target_gsd;
   const GuidedMap& map = capture.map.map;
@@ -127,7 +128,7 @@ int TakeByGain(const PhotoPool& pool, const Capture& capture, const Utility& uti
   });
 }
 
-// The one that sees most of what has a low quality by On-the-fly Feedback SfM.
+// Takes the photo that sees most surface of low quality, as On-the-fly Feedback SfM measures it.
 int TakeByFeedback(const PhotoPool& pool, const Capture& capture) {
   const std::vector<double> q = FeedbackQuality(TracksAround(capture.map, capture.place.surface));
   const std::vector<Surfel>& surfels = capture.place.surface.surfels;
@@ -163,7 +164,8 @@ int TakeFarthestOverlapping(const PhotoPool& pool, const Capture& capture) {
   });
 }
 
-// Position in units of the distance to what the viewpoint looks at, and direction in radians.
+// Distance of a photo from a viewpoint: position in units of the viewpoint's distance to its
+// target, and direction in radians.
 double FromStation(const Station& station, const GuidedPhoto& photo) {
   const double distance = (station.cam_from_world.Centre() - station.target).norm();
   return HowFar(station.cam_from_world, photo.cam_from_world, distance);

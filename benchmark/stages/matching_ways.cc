@@ -1,11 +1,12 @@
-// Ways to match and verify a pair, beside each other on the same pairs: those that retrieval would
-// name. Tells how many pairs are verified, with how many inliers, which of them the true poses
+// Compares ways to match and verify a pair on the same pairs: each photo with its retrieval
+// candidates. Prints the number of verified pairs, their inliers, the share that the true poses
 // confirm, and the CPU time.
 //
 // A pair is true if at least half of its inliers lie within 4 px of the true epipolar lines, in
-// both photos. A false match along a line is not seen so. Hence "wrong" by a third photo, in which
-// the feature of the first photo has a match by the full product. The two triangulate with at least
-// 3 degrees, and their point is more than 8 px from where the way matched the feature.
+// both photos. This test misses a false match along an epipolar line. A match is therefore "wrong"
+// by a third photo, in which the full product matches the same feature of the first photo. The
+// features in the first and the third photo triangulate at 3 degrees or more. Their point,
+// reprojected, is more than 8 px from the match in the second photo.
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
@@ -82,7 +83,7 @@ class Truth {
 
   bool Knows(size_t i) const { return photos_[i].has_value(); }
 
-  // Distance, px, from the lines in the photo where it is larger.
+  // Distance from the epipolar line in px, the larger one of both photos.
   double LineErrorPx(size_t i, size_t j, uint32_t a, uint32_t b) const {
     const Eigen::Matrix3d E = Essential(i, j);
     const Eigen::Vector3d x1 = photos_[i]->rays[a].homogeneous();
@@ -96,8 +97,9 @@ class Truth {
     return LineErrorPx(i, j, a, b) <= kMaxLineErrorPx;
   }
 
-  // Distance, px, of feature b of photo j from the point of feature a of i and c of k; nothing
-  // where these cannot tell.
+  // Distance in px, in photo j, of feature b from the reprojected point of features a (photo i) and
+  // c (photo k). nullopt: no true pose, a match off the epipolar line, a point behind a camera, or
+  // an angle below kMinAngleRad.
   std::optional<double> DistancePx(size_t i, uint32_t a, size_t k, uint32_t c, size_t j,
                                    uint32_t b) const {
     if (!Knows(i) || !Knows(j) || !Knows(k) || !IsOnLines(i, k, a, c)) return std::nullopt;
@@ -210,7 +212,7 @@ Tracks TracksOf(const Way& way, const std::vector<Pair>& pairs, size_t num_photo
   return tracks;
 }
 
-// By a third photo; nothing where none tells.
+// Whether a third photo shows that the match is wrong; nullopt: no third photo decides it.
 std::optional<bool> IsWrong(const Pair& pair, const FeatureMatch& match, const Truth& truth,
                             const Tracks& tracks) {
   const auto [i, j] = pair;

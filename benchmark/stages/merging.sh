@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
-# What merging does: each set with merging and without it, where every submap takes in all photos that
-# it can reach. Placements a photo, submaps, photos and points of each, how many submaps there were over
-# time, what merges were tried and cost; seconds from when the ledger held enough to compare two submaps
-# to their merge. And, on each pair of submaps that the run without merging left,
-# Skein's merge beside COLMAP's model_merger.
+# Effect of merging: runs each set with merging and without it. Without it every submap takes all photos that it can
+# register. First table, a row a run: placements a photo, final submaps with their photos and points, number of submaps
+# over time, merges tried and their duration, seconds from the first fact that allows a comparison of two submaps to their
+# merge. Second table: Skein's merge and COLMAP's model_merger on each pair of submaps of the run without merging.
 #
 #   benchmark/stages/merging.sh [--sets "LIST"] [--merging "LIST"] [--datasets DIR] [--size WxH]
 #

@@ -1,4 +1,4 @@
-// What the second look spares and what it loses, replayed on exhaustively matched photos.
+// Pairs that SecondLook saves and pairs that it loses, replayed on exhaustively matched photos.
 //
 // The photos arrive in the order given, faster than they are matched. Each asks retrieval for 30
 // candidates. A free worker takes the next photo and works through them by SecondLook. A pair's
@@ -93,7 +93,7 @@ class Workers {
     std::deque<int64_t> in_work;
   };
 
-  // Whose turn it is; null when all is done.
+  // The worker that is next; null if no photo is left.
   Worker* Next() {
     Worker* next = nullptr;
     const bool any_left = next_photo_ < static_cast<int64_t>(candidates_.size());

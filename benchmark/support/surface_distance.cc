@@ -41,7 +41,7 @@ void ForEachTriangle(const PlyMesh& mesh, const Function& function) {
 
 }  // namespace
 
-// Eigen asks it for the least distance within a box, then of a triangle.
+// Minimiser for Eigen::BVMinimize: lower bound of the distance for a box, distance for a triangle.
 struct SurfaceDistance::Nearest {
   using Scalar = double;
   const Eigen::Vector3d& point;

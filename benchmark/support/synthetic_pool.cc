@@ -20,7 +20,7 @@ namespace {
 
 using sim::kDegree;
 
-// How a station of a walk is taken again: turned, moved towards what it looks at, lifted.
+// Change of a walk's camera pose for a further photo: turned, moved towards its target, lifted.
 struct Variant {
   double turn_deg, forward_share, lift_m;
 };

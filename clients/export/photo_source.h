@@ -11,12 +11,12 @@
 
 namespace skein {
 
-// The pixels of a model's photo, by its name there, as the model has them: 8-bit BGR, not turned by
-// EXIF, unmirrored (codecs/image_decoding.h). Valid until the next call. Error: there is no such
-// photo, or it does not decode.
+// Photo of a model by its name in the model, 8-bit BGR. The pixels are as stored: EXIF's rotation
+// is not applied, mirror images are flipped back (codecs/image_decoding.h). The pixels are valid
+// until the next call. Error: no such photo, or the photo does not decode.
 using PhotoSource = std::function<Result<cv::Mat3b>(const std::string& name)>;
 
-// The photo `name` of a camera. Error also: it has another size than the camera.
+// Reads the photo `name`. Error also: the photo and `camera` differ in size.
 Result<cv::Mat3b> ReadPhoto(const PhotoSource& photos, const std::string& name,
                             const Camera& camera);
 

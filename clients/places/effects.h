@@ -8,8 +8,8 @@
 
 namespace skein::sim {
 
-// Each pixel becomes the mean over the segment of length |motion_px| that it is the middle of. An
-// edge across a uniform motion of m pixels becomes a ramp of m pixels.
+// Motion blur: blurred(x) = mean of light(x + s motion_px(x)) over -1/2 <= s <= 1/2. An edge across
+// a uniform motion of m pixels becomes a ramp of m pixels.
 cv::Mat3f BlurAlong(const cv::Mat3f& light, const cv::Mat2f& motion_px);
 
 struct Exposure {
@@ -17,8 +17,8 @@ struct Exposure {
   double vignetting = 0.12;  // loss of light in the corners
   double noise_sigma = 1.5;  // grey levels, in the dark; grows with the square root of light
   uint64_t seed = 1;         // of the noise
-  // A small sensor's: grey levels at black, none at white. A gamma curve makes this of constant
-  // sensor noise.
+  // Further noise of a small sensor, standard deviation in grey levels: this value at black, 0 at
+  // white. A gamma curve turns constant sensor noise into such noise.
   double shadow_noise = 0;
   double softness_px = 0;               // of the lens: a Gaussian's standard deviation
   cv::Vec3f white_balance = {1, 1, 1};  // gains of blue, green, red
@@ -29,8 +29,9 @@ float NoiseSigma(float grey, const Exposure& exposure);
 
 cv::Mat3b Expose(const cv::Mat3f& light, const Exposure& exposure);
 
-// Gains of a video's frames by an automatic exposure that wants `target_grey`. Its logarithm
-// follows the wanted one with the time constant `lag_s`. The first frame has its wanted gain.
+// Gains of a video's frames by an automatic exposure. The wanted gain of frame i is w_i =
+// target_grey / metered_grey[i]. log g_0 = log w_0; log g_i = log g_(i-1) + (1 - exp(-interval_s /
+// lag_s)) (log w_i - log g_(i-1)).
 std::vector<double> AutoExposure(const std::vector<double>& metered_grey, double target_grey,
                                  double interval_s, double lag_s);
 

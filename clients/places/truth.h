@@ -13,7 +13,7 @@ struct TruePhoto {
   std::string name;  // AGENT/NAME
   int camera = 0;    // index into the cameras
   Pose pose;
-  Scene moving;  // hides the place in this photo alone
+  Scene moving;  // moving objects, which hide the place in this photo only
 };
 
 // Writes cameras.txt, images.txt and points3D.txt into `folder`, made when missing. The points are

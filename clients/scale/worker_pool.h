@@ -34,8 +34,8 @@ struct PoolTime {
   int64_t utime_s = 0;  // since 1970 UTC
 };
 
-// Knows no engine, no messages and no clock. Everything follows from what is listed and heard, so a
-// pool that is made anew goes on with the workers that there are.
+// Decides without I/O: jobs, heartbeats and time are arguments. The state is rebuilt from the
+// engine's list and the heartbeats, so after a restart the pool goes on with the running workers.
 class WorkerPool {
  public:
   static constexpr double kIdleAfterS = 60;
@@ -53,11 +53,11 @@ class WorkerPool {
   // then those with the least in work.
   Plan Decide(const std::vector<WorkerJob>& jobs, const HeardWorkers& heard, int wanted,
               const PoolTime& now);
-  // The engine took these jobs: they count from now on. Or it refused: the next try comes later,
-  // each time twice as late.
+  // Result of a submission. Ok: the jobs count from now on. Error: the next submission waits, twice
+  // as long after each error in a row.
   void OnSubmitted(const std::vector<std::string>& names, const Status& status, double now_s);
-  // The engine cancelled these workers. Or it refused: they are in a later plan's `leaving` again,
-  // each time twice as late, until the engine cancels them or lists them no more.
+  // Result of a cancellation. Error: the workers are in `leaving` of a later plan again, after a
+  // pause that doubles each time, until the engine cancels them or no longer lists them.
   void OnCancelled(const std::vector<std::string>& names, const Status& status, double now_s);
 
   int num_running() const { return num_running_; }

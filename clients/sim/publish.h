@@ -20,8 +20,8 @@ struct PublishOptions {
 int PublishSession(const std::string& program, const std::vector<RenderedAgent>& agents,
                    const PublishOptions& options);
 
-// An agent for each folder that publishes what appears there (`skein agent --watch`), until this
-// ends.
+// Runs `skein agent --watch` for each agent: photos that appear in the folder are published. The
+// destructor stops the processes.
 class WatchingAgents {
  public:
   WatchingAgents(const std::string& program, const std::vector<RenderedAgent>& agents,

@@ -12,14 +12,14 @@
 
 namespace skein {
 
-// A new ledger of these facts, in that order, numbered from 1, under that session's id.
+// Writes a new ledger at `path`: the facts in the given order, with seq 1, 2, ... and `session_id`.
 Status WriteLedger(const std::filesystem::path& path, const std::string& session_id,
                    std::vector<Fact> facts, const std::vector<LedgerNote>& notes);
 
 // Throws std::runtime_error where the status is an error.
 void Require(const Status& status);
 
-// Removes the files of a ledger.
+// Removes a ledger with its -wal, -shm and .lock files.
 void RemoveLedger(const std::filesystem::path& path);
 
 }  // namespace skein

@@ -37,7 +37,8 @@ class VideoPhotos {
   VideoPhotos& operator=(const VideoPhotos&) = delete;
 
   bool is_live() const { return is_live_; }
-  bool done() const { return done_; }  // of a file: all photos were given
+  // The file was read to its end, and all photos were handed to on_photos.
+  bool done() const { return done_; }
   std::string Summary() const;
 
  private:

@@ -11,20 +11,20 @@
 
 namespace skein {
 
-// Read by OpenCV's VideoCapture. A source with "://" in it is a stream, /dev/... is a camera: both
-// are live. One thread at a time.
+// Reads a video by OpenCV's VideoCapture. A source with "://" in it is a stream, /dev/... is a
+// camera: both are live. Not thread-safe.
 class VideoSource {
  public:
-  // An error, which says what to check, if it cannot be opened.
+  // Error: the source cannot be opened; the text says what to check.
   static Result<VideoSource> Open(const std::string& source);
 
   bool is_live() const { return is_live_; }
-  // Number of frames of a file, as it says itself; 0: not known.
+  // Number of frames by the header of the file; 0: not known.
   int64_t NumFrames() const;
 
-  // The next frame; nothing at the end of a file, or when a live source failed. utime_us of a live
-  // frame is the clock when it came. For a file it is the time of its last write, when the
-  // recording ended, less the duration of what follows the frame; 0 if the length is not known.
+  // Next frame; nullopt at the end of a file or after an error of a live source. utime_us of a live
+  // frame: time of its arrival. utime_us of a frame of a file: (last write of the file, taken as
+  // the end of the recording) - (duration from the frame to the end); 0 if the length is not known.
   std::optional<VideoFrame> Next();
 
  private:

@@ -4,9 +4,9 @@
 
 namespace skein {
 
-// How many threads a job that begins now may run on: this thread's core and those that nobody runs
-// on, at most `most`. `loadavg` is the text of /proc/loadavg, whose fourth field tells how many
-// threads of the machine run or want to, this one included; `most` if it cannot be read.
+// Number of threads for a job that begins now: clamp(cores - running + 1, 1, most). `running` is
+// the number of runnable threads of the machine, the calling one included: the fourth field of
+// `loadavg`, the text of /proc/loadavg. Returns `most` if that field cannot be read.
 int ThreadsForIdleCores(const std::string& loadavg, int cores, int most);
 
 // The same of this machine, now.

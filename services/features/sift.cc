@@ -29,7 +29,7 @@ void FinishKeypoint(const cv::Mat& image, double scale_x, double scale_y, Keypoi
 void RootSift(const float* sift, float sum, uint8_t* out) {
   const float inverse = sum > 0 ? 1 / sum : 0;
   for (size_t d = 0; d < Descriptors::kDim; ++d) {
-    const float value = 512 * std::sqrt(sift[d] * inverse) + 0.5f;
+    const float value = kDescriptorNorm * std::sqrt(sift[d] * inverse) + 0.5f;
     out[d] = static_cast<uint8_t>(std::min(255.f, value));
   }
 }

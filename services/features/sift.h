@@ -44,11 +44,11 @@ class SiftExtractor {
 // Extracts the features of a single photo.
 LocalFeatures ExtractSift(const cv::Mat& photo, const SiftOptions& options);
 
-// Rows of OpenCV's float SIFT -> L1-normalised, square root, times 512, rounded, at most 255: the
-// quantisation of COLMAP.
+// N x 128 float SIFT of OpenCV -> RootSIFT as uint8, quantised like COLMAP's:
+// min(255, round(512 sqrt(value / sum of the row))). A row of zeros stays zero.
 Descriptors RootSift(const cv::Mat& sift);
 
-// The same of one row, whose sum is known.
+// One row: `sift` and `out` have 128 values; `sum` is the sum of `sift`.
 void RootSift(const float* sift, float sum, uint8_t* out);
 
 }  // namespace skein

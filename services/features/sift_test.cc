@@ -203,8 +203,8 @@ TEST(Sift, EveryVersionFindsTheSameWithinRounding) {
   }
 }
 
-// Angles, scales and the order of a descriptor's values: codebooks and stored features keep their
-// meaning.
+// Angles, scales and the order of a descriptor's values equal OpenCV's: a codebook and stored
+// features fit both extractors.
 TEST(Sift, DescribesAsOpenCvDoes) {
   const cv::Mat photo = Scene({800, 600});
   const auto theirs = ExtractSift(photo, OpenCv());
@@ -483,7 +483,7 @@ TEST(Sift, LooksDeeperWhereContrastIsLow) {
   EXPECT_GT(num_found, 700);
 }
 
-// A covered lens, a white wall.
+// Photos of noise alone: a covered lens, a white wall.
 TEST(Sift, FindsNothingInNoise) {
   for (const double noise : {0.0, 0.5, 1.0, 2.0, 4.0}) {
     for (const int quality : {75, 85, 95}) {

@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "core/descriptor_dim.h"
+#include "core/local_descriptor.h"
 #include "features/vlad.h"
 
 namespace skein {

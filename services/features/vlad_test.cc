@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <random>
 
-#include "core/descriptor_dim.h"
 #include "core/hash.h"
+#include "core/local_descriptor.h"
 #include "features/describe_photo.h"
 #include "features/train_codebook.h"
 

@@ -1,4 +1,4 @@
-// A submap's map snapshot (shape) as guidance reads it.
+// Converts a submap's map snapshot (Shape) into the GuidedMap of libs/state/guidance.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,25 @@
 
 namespace skein {
 
-// Points with who sees them: of shapes with tracks, as they follow each other. If a shape has more
-// than max_points points, a random part of each chunk is taken (map/shape_maker.h); that part is
-// held until it is off by a tenth. Photos and points that make no sense (a camera without a focal
-// length, a pose that is not finite) are left out.
+// Points with the photos that see them, updated from successive shapes with tracks. If a shape has
+// more than max_points points, a random share of each chunk is taken (map/shape_maker.h). The share
+// changes only if max_points / (number of points) differs from it by more than 10 %. Invalid photos
+// and points are left out: a camera without a focal length, a pose that is not finite.
 //
-// Photos, cameras and points keep their index from shape to shape, so new photos follow the known
-// ones, and a point that has gone stays as a point without photos. A point that two shapes have is
-// known by its first observation. If a photo has gone, the map is rebuilt from nothing. Only chunks
-// with another version are read.
+// Photos, cameras and points keep their index from shape to shape: new photos are appended, and a
+// deleted point stays as a point without photos. A point is recognised in the next shape by its
+// first observation. If a photo was deleted, the map is rebuilt. Only chunks whose version changed
+// are read.
 class ShapeMap {
  public:
-  // agent_of_image: numbers that tell agents apart; 0 for images that are not in it. On failure the
-  // map is empty, and the next one begins again.
+  // agent_of_image: numbers that tell agents apart; 0 for images that are not in it. Error: a chunk
+  // is damaged; the map is then empty, and the next call rebuilds it.
   Status Update(const Shape& shape, const std::map<int64_t, int32_t>& agent_of_image,
                 int64_t max_points);
 
   const GuidedMap& map() const { return map_; }
   double share() const { return share_; }  // of the shape's points that are in the map
-  // By index; nullopt: not known.
+  // `photo`: index into map().photos. nullopt: the texture is not known.
   void SetTexture(size_t photo, const std::optional<TextureFields>& texture) {
     map_.photos[photo].texture = texture;
   }

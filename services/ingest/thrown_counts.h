@@ -1,4 +1,5 @@
-// Exceptions on photos and facts that come again when nobody answers for them.
+// Counts exceptions for each photo or fact. An unanswered sender repeats its item, which would
+// raise the exception again; after kMaxThrown exceptions the item is refused.
 #pragma once
 
 #include <map>
@@ -10,7 +11,7 @@ namespace skein {
 
 class ThrownCounts {
  public:
-  // True: for the kMaxFailures-th time, from which on the key counts anew.
+  // Counts an exception of `key`. Returns true at the kMaxFailures-th one, and sets the count to 0.
   bool Note(const std::string& key) {
     if (counts_.size() >= kMaxKeys && counts_.count(key) == 0) counts_.clear();
     if (++counts_[key] < kMaxFailures) return false;
@@ -19,7 +20,7 @@ class ThrownCounts {
   }
 
  private:
-  static constexpr size_t kMaxKeys = 10'000;  // anybody may offer
+  static constexpr size_t kMaxKeys = 10'000;  // bounds the memory: keys come from senders
 
   std::map<std::string, int> counts_;
 };

@@ -12,8 +12,6 @@ namespace {
 // and 4 hold 98 % of those of pairs that overlap much, in a tenth (docs/experiments/cascade.md).
 constexpr size_t kCloseCells = 4, kNearCells = 8;
 
-constexpr double kDescriptorNorm = 512;
-
 // Cells of each feature, `per_feature` of them, to lists.
 CellLists ListsOf(const std::vector<uint32_t>& cells, size_t per_feature, size_t num_cells) {
   CellLists lists;

@@ -19,7 +19,7 @@
 #include <string>
 #include <vector>
 
-#include "core/descriptor_dim.h"
+#include "core/local_descriptor.h"
 #include "core/result.h"
 
 namespace skein {

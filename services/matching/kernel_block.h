@@ -13,7 +13,12 @@
 
 #include <cstdint>
 
+#include "core/local_descriptor.h"
+
 namespace skein {
+
+// Loops, tiles and strides of every version are written for this length.
+static_assert(kDescriptorDim == 128);
 
 constexpr int kBlockRows = 256;
 constexpr int kBlockVectors = 256;

@@ -12,12 +12,12 @@ namespace {
 constexpr size_t kMaxInWork = 3;  // pairs at once
 constexpr double kPriorWeight = 0.5;
 constexpr size_t kNumSure = 20;
-constexpr size_t kNumNamed = 30;
+constexpr size_t kShortlist = 30;
 constexpr double kMinEvidence = 0.5;        // as a tried photo that shows half of it gives
 constexpr double kMinExpected = 0.23;       // of the 15 inliers that keep a pair
 constexpr double kMinExpectedJoined = 0.5;  // of kOverlapping inliers
 constexpr double kMaxImplied = 0.5;
-constexpr size_t kMaxJoined = 10;  // photos that retrieval did not name
+constexpr size_t kMaxJoined = 10;  // photos outside of the shortlist
 
 constexpr int32_t kOverlapping = 50;  // inliers
 // Overlapping pairs.
@@ -42,7 +42,7 @@ SecondLook::SecondLook(const std::vector<int64_t>& candidates, const Covisibilit
       order_(candidates) {
   for (size_t rank = 0; rank < candidates.size(); ++rank) {
     Candidate& candidate = candidates_[candidates[rank]];
-    candidate.named = rank < kNumNamed;
+    candidate.shortlisted = rank < kShortlist;
     candidate.rank = rank;
     candidate.prior = 1.0 / static_cast<double>(2 + rank);
   }
@@ -61,9 +61,10 @@ double SecondLook::ExpectedInliers(const Candidate& candidate) {
 bool SecondLook::IsWorthwhile(const Candidate& candidate) const {
   if (candidate.taken) return false;
   if (candidate.chosen) return true;
-  if (!enabled_) return candidate.named;
-  if (!candidate.named && num_joined_ >= kMaxJoined) return false;
-  const bool is_sure = candidate.named && (candidate.rank < kNumSure || num_strong_ < kFewStrong);
+  if (!enabled_) return candidate.shortlisted;
+  if (!candidate.shortlisted && num_joined_ >= kMaxJoined) return false;
+  const bool is_sure =
+      candidate.shortlisted && (candidate.rank < kNumSure || num_strong_ < kFewStrong);
   if (!IsInformed(candidate)) return is_sure;
   const double needed = is_sure ? kMinExpected : kMinExpectedJoined;
   if (Expected(candidate) < needed) return false;
@@ -132,7 +133,7 @@ std::optional<int64_t> SecondLook::Take() {
     if (!best.empty()) {
       Candidate& taken = candidates_.at(best.front());
       taken.taken = true;
-      num_joined_ += !taken.named;
+      num_joined_ += !taken.shortlisted;
       in_work_.push_back({best.front(), std::nullopt});
       return best.front();
     }

@@ -17,8 +17,8 @@
 //   carried(c)  = max_v min(inliers(photo, v), inliers(v, c)),
 //
 // carried(c): number of points that a chain photo - v - c can carry. Candidates come by falling
-// expected(c) * carried(c), then the unknown ones in the order of retrieval. A photo outside of
-// retrieval's list joins when it should overlap.
+// expected(c) * carried(c), then the unknown ones in the order of retrieval. A photo that is no
+// candidate joins them if it is expected to overlap.
 //
 // One of the first kNumSure candidates is left out for two reasons only, with a total weight of at
 // least kMinEvidence:
@@ -27,9 +27,10 @@
 //     1 - prod_v (1 - strength(photo, v) weight(v, c)) >= kMaxImplied.
 //
 // So candidates that the tried photos know nothing about, such as those of another walk, are always
-// tried. Candidates after kNumSure are tried while the photo has fewer than kFewStrong overlapping
-// pairs, those after kNumNamed only if they should overlap. With no known pair this is plain
-// matching in the order of retrieval. The constants stand in second_look.cc.
+// tried. The shortlist is retrieval's first kShortlist = 30 candidates. Shortlisted candidates
+// after kNumSure are tried while the photo has fewer than kFewStrong overlapping pairs. Candidates
+// after the shortlist are tried only if they are expected to overlap. With no known pair the
+// shortlist is matched in the order of retrieval. The constants stand in second_look.cc.
 //
 // A photo may be lonely then: fewer than kNumConnected overlapping pairs. ToCompare() names the
 // candidates that were not tried although one of the two photos is lonely. coarse_search.h finds
@@ -85,8 +86,8 @@ class SecondLook {
  private:
   struct Candidate {
     double prior = 0;
-    bool named = false;  // by retrieval, among the first
-    size_t rank = 0;     // in retrieval, if named
+    bool shortlisted = false;  // among retrieval's first kShortlist
+    size_t rank = 0;           // in retrieval; 0 for a photo that joined
     bool taken = false;
     bool chosen = false;     // see Choose
     double weight = 0;       // sum of weight(v, c)
@@ -126,7 +127,7 @@ class SecondLook {
   std::deque<InWork> in_work_;  // as they were taken, told or not, but not learned from
   std::vector<Outcome> told_;
   size_t num_strong_ = 0;
-  size_t num_joined_ = 0;  // taken ones that retrieval did not name among the first
+  size_t num_joined_ = 0;  // taken ones outside of the shortlist
 };
 
 }  // namespace skein

@@ -39,8 +39,8 @@ TEST(RetrievalMessages, TheFirstPhotoHasNoCandidates) {
   EXPECT_EQ(std::get<candidates_t>(*fact).num_candidates, 0);
 }
 
-TEST(RetrievalMessages, ThirtyCandidatesFitOneFrame) {
-  candidates_t message = ToMessage(SomeCandidates(30), 123456);
+TEST(RetrievalMessages, SeventyCandidatesFitOneFrame) {
+  candidates_t message = ToMessage(SomeCandidates(70), 123456);
   message.header.session_id = std::string(16, 's');
   message.header.author = "retrieval";
   EXPECT_LE(EncodeFact(message).size() + kMaxTrailerBytes, kMaxDatagramBytes);

@@ -14,7 +14,9 @@ Status RetrievalOptions::Check() const {
 }
 
 void AddOptions(CLI::App& app, RetrievalOptions* options) {
-  app.add_option("--top-n", options->top_n, "Candidates a photo");
+  app.add_option(
+      "--top-n", options->top_n,
+      "Candidates of a photo: 30 to be matched, further ones for photos with few overlaps");
   app.add_option("--expand", options->num_expanding, "Photos that a query is expanded by; 0: none");
   app.add_option("--ef", options->hnsw.ef_search, "Breadth of the search in the HNSW graph");
   AddSwitch(app, "exact", &options->hnsw.exact, "Compare with every photo instead");

@@ -21,9 +21,10 @@ namespace skein {
 
 // Index and checkpoint live on a worker thread. With a shared session folder the checkpoint is
 // retrieval/hnsw.bin, so a restart replays only the rest of the ledger. An unusable checkpoint is
-// set aside with a line in the log, and all is replayed. A photo on which an exception comes has no
-// candidates: a restart would end at the same fact. A photo on which the process crashed or hung
-// (event_loop/failed_items.h) is left out after the third time likewise. Loop's thread only.
+// ignored with a warning, and the whole ledger is replayed. If a photo raises an exception, it gets
+// an empty list of candidates: a process that stopped there would raise it again after each
+// restart. A photo on which the process crashed or hung three times gets one likewise
+// (event_loop/failed_items.h). Loop's thread only.
 class RetrievalService {
  public:
   RetrievalService(Node& node, const RetrievalOptions& options);
@@ -37,7 +38,7 @@ class RetrievalService {
   struct Step {
     int64_t seq = 0;
     int64_t image_id = 0;
-    bool asks = false;   // for the photo's candidates
+    bool asks = false;   // the step queries the index for the photo's candidates
     bool ready = false;  // its blob is here, if it needs one
     std::function<Result<std::optional<Candidates>>(RetrievalState*)> apply;
   };

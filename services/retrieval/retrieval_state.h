@@ -10,16 +10,9 @@
 #include "core/result.h"
 #include "formats/formats.h"
 #include "retrieval/hnsw_index.h"
+#include "retrieval/retrieval_options.h"
 
 namespace skein {
-
-struct RetrievalOptions {
-  size_t top_n = 200;        // of which matching takes the first 30 in any case (second_look.h)
-  size_t num_expanding = 5;  // photos that a query is expanded by (hnsw_index.h); 0: none
-  HnswOptions hnsw;
-
-  Status Check() const;
-};
 
 // The photos most similar to `image_id` among those inserted before it.
 struct Candidates {
@@ -29,22 +22,22 @@ struct Candidates {
   float query_s = 0;
 };
 
-// Everything retrieval knows: a function of the ledger up to `seq`, given its order. One index for
-// each model of global descriptor and each dimension: a vector of a wrong one spoils no other
-// photo's. One thread at a time.
+// State of retrieval: a function of the ledger's facts up to `seq`, in their order. Each pair
+// (model of global descriptor, dimension) has an index of its own, so photos of different models
+// are never compared. Not thread-safe.
 class RetrievalState {
  public:
   explicit RetrievalState(const RetrievalOptions& options) : options_(options) {}
 
-  // Query, then insert. A photo that was inserted before is not inserted again. A photo without a
-  // descriptor is not inserted and has no candidates. Error: a value is not finite.
+  // Queries the index with the photo, then inserts the photo. Returns no candidates and inserts
+  // nothing if the photo is in the index already or `descriptor` is empty. Error: a value is not
+  // finite.
   Result<Candidates> Add(int64_t image_id, const GlobalDescriptor& descriptor);
-  // A photo that was registered and is in no submap any more is no candidate until it registers
-  // again.
+  // A photo that was withdrawn from all its submaps is no candidate until it is registered again.
   void NoteRegistered(int64_t image_id, int64_t submap_id);
   void NoteWithdrawn(int64_t image_id, int64_t submap_id);
 
-  // A photo that was given up is offered to no one.
+  // A parked photo is no candidate any more.
   void NoteFailed(int64_t image_id);
 
   size_t size() const;

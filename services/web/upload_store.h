@@ -1,8 +1,8 @@
 // Photos on their way from a browser to ingest, in the session folder.
 //
-//   uploads/AGENT/SHA256.json   what is known of the photo, from its first byte on
+//   uploads/AGENT/SHA256.json   properties of the photo (UploadInfo), from its first byte on
 //   uploads/AGENT/SHA256.part   the bytes that have come
-//   uploads/AGENT/SHA256.photo  all of them, with that hash: durable, to be offered to ingest
+//   uploads/AGENT/SHA256.photo  all bytes, with that hash, synced: may be offered to ingest
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ namespace skein {
 
 struct UploadLimits {
   int64_t max_photo_bytes = int64_t{256} << 20;  // as ingest has it
-  int64_t max_bytes = int64_t{8} << 30;          // of all that lies here, told sizes included
+  int64_t max_bytes = int64_t{8} << 30;          // sum of the size_bytes of all photos here
   int64_t min_free_bytes = 512'000'000;          // on the disk
 };
 
@@ -47,10 +47,11 @@ struct WaitingUpload {
   std::filesystem::path path;
 };
 
-// Any thread; what writes may block, and blocks nothing of other photos: files are written and
-// deleted without the lock, and who comes to their photo meanwhile is told to come again. Files are
-// deleted by jobs of their own, of an agent one at a time. A photo has one receiver at a time: the
-// latest, so that a connection which was lost, and does not know it, holds up nobody.
+// Thread-safe. A call that writes files may block, but does not block calls for other photos: files
+// are written and deleted without the lock. A call for a photo whose files are being written
+// returns kUnavailable. Files are deleted by jobs, one at a time for an agent. A photo has one
+// receiver, the latest: Begin invalidates an earlier one, whose connection may be lost without
+// notice.
 //
 // If max_bytes are taken, share = max_bytes / (number of agents that are here or want room).
 // Eviction: if an agent is within its share, its new upload evicts an unfinished one of an agent
@@ -59,11 +60,11 @@ struct WaitingUpload {
 class UploadStore {
  public:
   static constexpr size_t kMaxRefusals = 200;
-  static constexpr int kMaxUnfinished = 16;  // of an agent; the one that rests longest goes
-  static constexpr int kMaxReceiving = 4;    // at a time, those that the disk holds up included
-  static constexpr double kForgetAfterS = 86'400;  // an unfinished one that rests for so long goes
-  // An agent that was refused for lack of room wants some for so long: longer than a phone pauses
-  // between two attempts.
+  static constexpr int kMaxUnfinished = 16;  // of an agent; evicts the least recently active
+  static constexpr int kMaxReceiving = 4;    // of an agent at a time, waiting for the disk or not
+  static constexpr double kForgetAfterS = 86'400;  // inactive unfinished photos are then deleted
+  // Time for which an agent counts as wanting room after a refusal for lack of room. Longer than
+  // the pause of a phone between two attempts.
   static constexpr double kWantS = 60;
 
   // Destination of a photo's bytes from one connection.
@@ -86,44 +87,44 @@ class UploadStore {
   // Runs a job, at once or on another thread.
   using RunJob = std::function<void(std::function<void()>)>;
 
-  // Finds what an earlier process left. Throws std::runtime_error, with a line for the user, where
-  // the folder cannot be read or made. Jobs end before this does.
+  // Takes over the uploads that an earlier process left in `folder`. Throws std::runtime_error,
+  // with a line for the user, if the folder cannot be read or made. All jobs must end before the
+  // store is destroyed.
   UploadStore(std::filesystem::path folder, UploadLimits limits, RunJob run_job,
               Clock clock = MonotonicS);
 
-  // Progress of a photo; nullopt if no byte is here. A receiver of the photo, if there is one, is
-  // refused from now on, so the progress stays true. Bytes that are being written do not count.
+  // Progress of a photo; nullopt if the store has no byte of it. Invalidates the photo's receiver,
+  // so `received_bytes` stays true until the next Begin. Bytes that are being written do not count.
   std::optional<Progress> Look(const std::string& agent, const std::string& blob_id);
 
-  // A receiver for the bytes from `offset` on, which must be what is here. kAlreadyExists: the
-  // offset is another, as `Look` tells. kInvalidArgument: it never will be taken, for that reason.
-  // kResourceExhausted: too large. kUnavailable: not now.
+  // Returns a receiver for the bytes from `offset` on. kAlreadyExists: `offset` differs from
+  // Progress::received_bytes. kInvalidArgument: the photo will never be taken. kResourceExhausted:
+  // the photo is too large. kUnavailable: try again later.
   Result<Receiver> Begin(const std::string& agent, const std::string& blob_id,
                          const UploadInfo& info, int64_t offset);
   Result<Progress> Take(const Receiver& receiver, const Bytes& part);
-  // After all bytes: durable when this returns Ok. kDataLoss: they are not of that hash; they are
-  // forgotten.
+  // Call it after the last byte. Ok: the photo is durable. kDataLoss: the bytes have another hash
+  // and were deleted.
   Status Finish(const Receiver& receiver);
   void Leave(const Receiver& receiver);
 
-  // Progress of all photos of an agent that are here, by blob.
+  // Progress of all photos of an agent, by blob id.
   std::map<std::string, Progress> ProgressOf(const std::string& agent) const;
   // Whole photos, in the order in which they came.
   std::vector<WaitingUpload> Waiting() const;
-  // The ledger has it. Blocks nothing.
+  // Removes a photo that the ledger has. Returns before the files are deleted.
   void Remove(const std::string& agent, const std::string& blob_id);
-  // The ledger never will: removed, too, and `Refusals` tells why, of an agent's last
-  // kMaxRefusals.
+  // Removes a photo that ingest refused. `Refusals` has the last kMaxRefusals refusals of an agent.
   void Refuse(const std::string& agent, const std::string& blob_id, const Refusal& refusal);
   // By blob.
   std::map<std::string, Refusal> Refusals(const std::string& agent) const;
 
-  // Forgets what rests too long. Blocks nothing.
+  // Deletes unfinished photos that were inactive for kForgetAfterS. Returns before that.
   void Tick();
-  // A photo is whole. From any thread, without the store's lock.
+  // Sets a function that is called when a photo is whole, on any thread, without the store's lock.
   void OnWhole(std::function<void()> on_whole);
 
-  // Why nobody takes an agent's photos in now; "" if it goes on.
+  // Reason why the photos of an agent are not offered to ingest now; "" if they are.
   void SetWaitReason(const std::string& agent, const std::string& reason);
   std::string WaitReason(const std::string& agent) const;
 
@@ -136,7 +137,7 @@ class UploadStore {
     bool is_whole = false;
     int64_t ticket = 0;  // of its receiver
     bool receiving = false;
-    // A thread is at its files, without the lock: nobody else writes to them, and the upload stays.
+    // A thread writes its files without the lock: no other thread may write or evict them.
     bool busy = false;
     double moved_s = 0;
     int64_t order = 0;

@@ -3,15 +3,15 @@
 #
 #   tests/fuzz/run.sh [--seconds N] [--runs N] [--jobs N] [TARGET...]
 #
-#   --seconds N   of each target (default 60)
+#   --seconds N   time for each target (default 60)
 #   --runs N      executions of each target, at most (default: as many as the time is for)
 #   --jobs N      targets at a time (default: the cores)
 #   TARGET...     default: all; a source of tests/fuzz names each: SKEIN_FUZZ_TARGET
 #
-# Builds build/fuzz with clang. Each target begins with seeds that write_seeds makes and with the corpus of
-# earlier runs, build/fuzz/corpus/TARGET. What makes it fail is left in build/fuzz/findings/TARGET-*; it is
-# run again by `build/fuzz/bin/fuzz_TARGET FILE`. Prints a table: executions and CPU minutes of all runs that
-# build/fuzz has seen, of which of this one; edges covered; findings.
+# Builds build/fuzz with clang. Each target starts with the seeds of write_seeds and the corpus of earlier runs,
+# build/fuzz/corpus/TARGET. Inputs that make it fail are kept in build/fuzz/findings/TARGET-*; reproduce one by
+# `build/fuzz/bin/fuzz_TARGET FILE`. Prints a row for each target: executions of all runs in build/fuzz, edges covered,
+# CPU minutes of all runs and of this run, findings.
 # Exit codes: 0 nothing found, 1 something was found or a target did not run, 2 bad usage, 77 no clang.
 source "$(dirname "$0")/../../scripts/lib.sh"
 
@@ -54,7 +54,8 @@ for target in "${targets[@]}"; do
   [[ -d $seeds/$target ]] || die "write_seeds makes no seeds of $target"
 done
 
-# Libraries that are not built for it move vectors' ends unseen; what a codec of OpenCV may take is limited.
+# Libraries without AddressSanitizer resize vectors without telling its container checks, so these are off. A codec of
+# OpenCV that asks for too much memory gets null, not a finding.
 export ASAN_OPTIONS=detect_container_overflow=0:allocator_may_return_null=1:${ASAN_OPTIONS:-}
 export OPENCV_LOG_LEVEL=SILENT
 

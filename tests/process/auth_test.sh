@@ -1,8 +1,7 @@
 #!/usr/bin/env bash
-# Hostile peers in a session, without a credential, with a viewer's and with an agent's, forge and
-# repeat what ingest and workers say: the session ends with its model, and its ledger holds nothing
-# of theirs. An operator's invitation finishes it, others don't. Without signatures the same peer ruins a
-# session.
+# Hostile peers forge and replay messages of ingest and of workers: one without a credential, one with a viewer's, one with
+# an agent's. The session still ends with its model, and the ledger holds no forged fact. Only an operator's invitation can
+# finish the session. With --auth off the same peer ruins a session.
 source "$(dirname "$0")/../harness.sh"
 source "$(dirname "$0")/../session.sh"
 enter_network_namespace "$@"

@@ -5,8 +5,9 @@ import { median } from './median.js';
 const percent = (share) => `${Math.round(100 * share)} %`;
 const nearer = (other, otherwise) => (other ? `Take another one nearer to where ${other} was taken.` : otherwise);
 
-// Meaning of each cause at the site, and what would help. The names are those of libs/state/session/diagnosis.cc and
-// libs/state/session/state_names.cc. A function takes the figures of libs/view/web/diagnosis_json.h; standingOf() tells few of them.
+// Meaning of each cause at the site, and what would help, for the live view and the phone. libs/state/session/diagnosis.cc has
+// the sentences of skein agent and report.json. The names are those of that file and of libs/state/session/state_names.cc.
+// A function takes the figures of libs/view/web/diagnosis_json.h; standingOf() tells few of them.
 const kCauses = {
   'too dark': ({ brightness }) => [`Too dark: mean grey level ${percent(brightness)}.`,
     'Is the lens covered? If not, expose longer or bring light, and take it again.'],

@@ -26,8 +26,8 @@ CLI::Option* AddChoice(CLI::App& app, const std::string& name,
                        const std::function<std::string()>& get,
                        const std::function<void(const std::string&)>& set, const std::string& help);
 
-// Gives options the values of the sections of that name, unless the command line gave them. An
-// error names file, section and key.
+// Sets each option that the command line did not set to its value in the file's sections of that
+// name. Error: a key or value that no option takes; the text names file, section and key.
 Status ApplySection(const ConfigFile& file, const std::string& section, CLI::App* app);
 
 // "[SECTION]" and a line "key = value" for each option. With comments it also explains each, and

@@ -11,11 +11,12 @@ class Validator;
 
 namespace skein {
 
-// One line, for what `app.parse` threw. An unknown option goes first, with the known one of a
-// similar name: with a misspelt name, the required option is missing, too.
+// One line for the exception of `app.parse`. If an option is unknown, the line names it and the
+// known option of the most similar name, even if CLI11 complains of a missing option: a misspelt
+// required option is both.
 std::string UsageError(const CLI::App& app, const CLI::ParseError& error);
 
-// For Option::check. CLI11's own tell the largest double as the other bound.
+// For Option::check. The messages of CLI11's own validators show the largest double as upper bound.
 CLI::Validator AtLeastZero();
 CLI::Validator AboveZero();
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/bytes.h"
-#include "core/descriptor_dim.h"
+#include "core/local_descriptor.h"
 #include "core/result.h"
 
 // Contents of blobs. Every encoding starts with a four-letter identifier and a uint32 version, is

@@ -6,9 +6,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "core/descriptor_dim.h"
 #include "core/file.h"
 #include "core/hash.h"
+#include "core/local_descriptor.h"
 
 namespace skein {
 namespace {

@@ -243,8 +243,9 @@ TEST(Facts, ListsTheBlobsThatAreSet) {
   EXPECT_TRUE(BlobsOf(seed_t{}).empty());
 }
 
-// What the defaults can make largest: 30 candidates, 30 verified pairs, clamped reasons, 64-byte
-// instance names. A model tells up to 1,000 outliers: 10 fit.
+// Largest facts of the default options: 30 verified pairs, clamped reasons, 64-byte instance names.
+// Two kinds may be larger, and are then sent in IP fragments: retrieval's default is 200
+// candidates, 70 fit; a model tells up to 1,000 outliers, 10 fit.
 TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   fact_header_t header{};
   header.session_id = std::string(16, 'a');
@@ -252,9 +253,9 @@ TEST(Facts, FitOneFrameWhereTheyLeaveTheHost) {
   header.fact_id = std::string(100, 'a');
   candidates_t candidates{};
   candidates.header = header;
-  candidates.num_candidates = 30;
-  candidates.other_ids.resize(30);
-  candidates.distances.resize(30);
+  candidates.num_candidates = 70;
+  candidates.other_ids.resize(70);
+  candidates.distances.resize(70);
   matches_t matches{};
   matches.header = header;
   matches.num_pairs = 30;

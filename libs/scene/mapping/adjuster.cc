@@ -14,9 +14,9 @@
 namespace skein {
 namespace {
 
-// A global BA after which a smaller part of the observations changes is the last one.
+// Rounds of global BA end when (observations filtered or added) / observations is smaller: in
+// rounds that run to convergence, and in the rounds before them.
 constexpr double kMaxChange = 0.0005;
-// Before those that converge.
 constexpr double kMaxChangeBefore = 0.005;
 
 }  // namespace
@@ -41,7 +41,8 @@ int Adjuster::AdjustLocally(ImageId new_image) {
   return summary.num_free_poses;
 }
 
-// What long tracks have gained was checked as it was added.
+// Observations added to long tracks were checked when they were added, so long tracks are not
+// filtered here.
 void Adjuster::CompleteAround(ImageId new_image) {
   CompleteLocally(new_image, &map_);
   FilterPoints(WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
@@ -78,8 +79,8 @@ void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
   if (AdjustAndFilter(request, GlobalBaOptions(false))) adjusted_ = request.free;
 }
 
-// Outliers make the tail of convergence long. They are filtered between the rounds, which then
-// start close to their end.
+// With outliers the solver converges slowly. Outliers are filtered between the rounds, so a later
+// round starts close to its minimum.
 BundleOptions Adjuster::GlobalBaOptions(bool converge) const {
   BundleOptions solve;
   solve.max_iterations = converge ? 30 : 10;
@@ -91,8 +92,8 @@ BundleOptions Adjuster::GlobalBaOptions(bool converge) const {
   return solve;
 }
 
-// Returns the part of the observations that changed after it. Tracks grow before the rounds that
-// converge; in these they are only filtered.
+// Returns (observations filtered or added after the BA) / observations. Without `converge` tracks
+// are completed and filtered; with it they are only filtered.
 double Adjuster::RunGlobalBa(bool converge) {
   const size_t num_observations = map_.reconstruction().ComputeNumObservations();
   ++cost_.num_rounds;

@@ -10,7 +10,14 @@
 
 namespace skein {
 
-// Ids of COLMAP's camera models, as cameras.bin has them, with their parameters.
+// All camera models of the linked COLMAP can be used (SIMPLE_PINHOLE to THIN_PRISM_FISHEYE, with
+// RADIAL, OPENCV and FULL_OPENCV): set `camera_model` in [mapper] or [[cameras]] of the config
+// file. A model that COLMAP adds later also needs a CAMERA_MODEL_CASE in projection.cc,
+// kMaxIntrinsics in projection.h, and, where a format can hold it, KnownModels in
+// libs/view/export/nerfstudio.cc and ExpectSimpleCamera in simple_camera.cc. The list of models in
+// bundle_test.cc checks its Jacobians.
+
+// Ids of the models that the code names, as in cameras.bin, with their parameters.
 constexpr int kInvalidCameraModel = -1;
 constexpr int kSimplePinhole = 0;  // f, cx, cy
 constexpr int kPinhole = 1;        // fx, fy, cx, cy
@@ -24,12 +31,14 @@ bool ExistsCameraModel(int model_id);
 bool ExistsCameraModel(const std::string& name);
 // Throws std::invalid_argument for a name that no model has.
 int CameraModelId(const std::string& name);
+// Throws std::invalid_argument for an unknown id.
 const std::string& CameraModelName(int model_id);
-// Names of the model's parameters, in order: "f, cx, cy, k".
+// Names of the model's parameters, in order: "f, cx, cy, k". Throws like CameraModelName.
 const std::string& CameraModelParamsInfo(int model_id);
-// By their number. False for a model that does not exist.
+// Whether the model exists and has params.size() parameters.
 bool AreParamsOfModel(int model_id, const std::vector<double>& params);
-// Without distortion, the principal point in the middle.
+// Distortion 0, principal point in the centre of the photo. Throws std::invalid_argument for an
+// unknown model, as the functions below.
 std::vector<double> InitialCameraParams(int model_id, double focal_px, size_t width, size_t height);
 // Indices into the parameters: focal lengths, principal point, distortion.
 const std::vector<size_t>& CameraModelFocalLengthIdxs(int model_id);
@@ -45,7 +54,7 @@ class Camera {
 
   int ModelId() const { return model_id_; }
   const std::string& ModelName() const { return CameraModelName(model_id_); }
-  // Parameters that the camera had stay; new ones are 0.
+  // Resizes the parameters: the first ones keep their values, added ones are 0.
   void SetModelId(int model_id);
   void SetModelIdFromName(const std::string& name) { SetModelId(CameraModelId(name)); }
 
@@ -81,7 +90,7 @@ class Camera {
     return CameraModelExtraParamsIdxs(model_id_);
   }
 
-  // Without the distortion.
+  // 3 x 3, without distortion.
   Eigen::Matrix3d CalibrationMatrix() const;
 
   const std::vector<double>& Params() const { return params_; }
@@ -92,8 +101,9 @@ class Camera {
   void SetParams(const std::vector<double>& params) { params_ = params; }
   bool VerifyParams() const { return AreParamsOfModel(model_id_, params_); }
 
-  // Whether a focal length divided by the longer side, a principal point or a distortion parameter
-  // lies outside of these limits and of the photo.
+  // True if one of these fails: min_focal_ratio <= f / max(width, height) <= max_focal_ratio for
+  // each focal length f; the principal point lies in the photo; |k| <= max_extra_param for each
+  // distortion parameter k. As in COLMAP.
   bool HasBogusParams(double min_focal_ratio, double max_focal_ratio, double max_extra_param) const;
 
   // As InitialCameraParams.
@@ -102,13 +112,14 @@ class Camera {
     InitializeWithId(CameraModelId(model), focal_px, width, height);
   }
 
-  // Between pixels and the plane at depth 1 in the camera's frame (x right, y down, z forward).
+  // Pixel -> (x / z, y / z) in the camera's frame (x right, y down, z forward) and back, with
+  // distortion.
   Eigen::Vector2d ImageToWorld(const Eigen::Vector2d& pixel) const;
   Eigen::Vector2d WorldToImage(const Eigen::Vector2d& on_plane) const;
-  // A distance in pixels, divided by the mean focal length.
+  // distance_px / mean focal length: the threshold on the plane z = 1.
   double ImageToWorldThreshold(double distance_px) const { return distance_px / MeanFocalLength(); }
 
-  // The camera of a photo that is resized.
+  // Adapts focal lengths and principal point to the photo resized to `width` x `height`.
   void Rescale(size_t width, size_t height);
 
  private:

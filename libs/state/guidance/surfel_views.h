@@ -1,4 +1,4 @@
-// The photos of a surfel as it sees them.
+// Photos that see a surfel, with direction and ground sampling distance.
 #pragma once
 
 #include <Eigen/Core>
@@ -15,7 +15,7 @@ ViewOfSurfel ViewFrom(const Eigen::Vector3d& centre, double focal_px,
                       const Eigen::Vector3d& position);
 std::vector<ViewOfSurfel> ViewsOf(const GuidedMap& map, const Surfel& surfel);
 
-// Joint quality of a surfel's photos, and the quality with one more.
+// Quality of a surfel by all its photos, and with one more photo. Not thread-safe.
 class AssessedViews {
  public:
   AssessedViews() = default;
@@ -24,18 +24,19 @@ class AssessedViews {
 
   // As AssessSurfel of the views.
   SurfelQuality Quality() const { return QualityOf(sums_); }
-  // As AssessSurfel of the views and this one. Costs 1/8 of it, or as much where there are more
-  // than kMaxViews and this is among the best.
+  // Equals AssessSurfel of the views and `view`. Takes 1/8 of its time; as much as AssessSurfel if
+  // there are more than kMaxViews views and `view` is one of the best.
   SurfelQuality QualityWith(const ViewOfSurfel& view) const;
 
  private:
-  // More photos of a surfel say little; the cost of pairs is quadratic.
+  // Only the best kMaxViews photos are paired: further ones change little, and pairs cost O(n^2).
   static constexpr size_t kMaxViews = 16;
 
   struct Sums {
     int num_photos = 0;
     double best_gsd = std::numeric_limits<double>::infinity(), second_gsd = best_gsd;
-    // Over pairs of the best views, and over those that match another one.
+    // `reconstructability`: sum over pairs of the best views. `information`: sum over the best
+    // views that match another one.
     double reconstructability = 0;
     Eigen::Matrix3d information = Eigen::Matrix3d::Zero();
     double sigma = std::numeric_limits<double>::infinity();  // along the normal, of `information`

@@ -1,4 +1,8 @@
-// Why a photo is in no map, and what its photographer can do.
+// Cause why a photo is in no map, and advice for the photographer.
+//
+// Two sets of sentences say the same. `what` and `remedy` (diagnosis.cc) go to skein agent,
+// skein status, report.json and photo_diagnosis_t. The live view and the phone's page get CauseName
+// and figures, and have sentences of their own (web/src/words.js, kCauses).
 #pragma once
 
 #include <cstdint>
@@ -11,14 +15,14 @@ namespace skein {
 struct Diagnosis {
   // The numbers are photo_diagnosis_t's.
   enum class Cause {
-    kWaiting = 0,        // nothing is wrong: it is in work, or its turn comes
-    kFailed = 1,         // a stage refused it or failed; the reason is the stage's
-    kTooDark = 2,        // by the mean grey level; also a lens that is covered
-    kTooBright = 3,      //
+    kWaiting = 0,        // no fault: the photo is in work, or waits for its turn
+    kFailed = 1,         // a stage refused the photo or failed on it; `reason` is the stage's
+    kTooDark = 2,        // mean grey level < kDark; also a covered lens
+    kTooBright = 3,      // mean grey level > kBright
     kBlurred = 4,        // out of focus, or moved while it was taken
     kBare = 5,           // few keypoints, or on a small part of the photo
-    kNoOverlap = 6,      // with no photo it has a verified pair
-    kWeakOverlap = 7,    // too few common points with the map, or a start of none
+    kNoOverlap = 6,      // the photo has no verified pair
+    kWeakOverlap = 7,    // too few common points with the map, or no map could begin with its pairs
     kRotationOnly = 8,   // the photo and all that overlap it were taken from one spot
     kPlanarOnly = 9,     // the photo and all that overlap it show one plane
     kSimilarPlace = 10,  // the photo may show another, visually similar place
@@ -42,10 +46,10 @@ const char* CauseName(Diagnosis::Cause cause);  // "weak overlap"
 // CauseName of what a submap said of a photo, by registration_t's cause; "other" for OTHER.
 const char* TrialCauseName(int8_t registration_cause);
 
-// Cause and remedy for a photo that is registered nowhere. The cause that stands nearest to the
-// camera is told first: light, blur, texture, overlap, geometry, the map. A pure function of the
-// facts; limits of geometry are those of core/limits.h, limits of light and blur stand in the
-// source.
+// Cause and remedy for a photo that is registered in no submap. If several causes hold, the first
+// in the order light, blur, texture, overlap, geometry, map is returned. A pure function of the
+// facts. Limits of geometry are those of core/limits.h; limits of light, blur and texture are
+// constants of diagnosis.cc (kDark, kBright, kBlurred, kBareCoverage, kBareKeypoints).
 Diagnosis Diagnose(const SessionState& state, const PhotoState& photo);
 
 }  // namespace skein

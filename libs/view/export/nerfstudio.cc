@@ -22,7 +22,7 @@ struct NerfstudioCamera {
   json intrinsics;
 };
 
-// Where each parameter goes, in COLMAP's order (base/camera_models.h). "f" is both focal lengths.
+// nerfstudio's name of each parameter, in COLMAP's order (CameraModelParamsInfo). "f": fl_x = fl_y.
 struct ModelNames {
   const char* nerfstudio;
   std::vector<const char*> parameters;
@@ -35,7 +35,7 @@ const std::map<std::string, ModelNames>& KnownModels() {
       {"SIMPLE_RADIAL", {"OPENCV", {"f", "cx", "cy", "k1"}}},
       {"RADIAL", {"OPENCV", {"f", "cx", "cy", "k1", "k2"}}},
       {"OPENCV", {"OPENCV", {"fl_x", "fl_y", "cx", "cy", "k1", "k2", "p1", "p2"}}},
-      // The rest is the denominator's.
+      // k4, k5, k6 of the denominator must be 0.
       {"FULL_OPENCV", {"OPENCV", {"fl_x", "fl_y", "cx", "cy", "k1", "k2", "p1", "p2", "k3"}}},
       {"SIMPLE_RADIAL_FISHEYE", {"OPENCV_FISHEYE", {"f", "cx", "cy", "k1"}}},
       {"RADIAL_FISHEYE", {"OPENCV_FISHEYE", {"f", "cx", "cy", "k1", "k2"}}},

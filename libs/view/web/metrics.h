@@ -11,7 +11,7 @@
 
 namespace skein {
 
-// Processes that have series of their own, at most.
+// Largest number of processes with series of their own.
 constexpr size_t kMaxProcessSeries = 256;
 
 struct DiskSpace {
@@ -29,11 +29,11 @@ struct MetricsInput {
   std::optional<DiskSpace> disk;        // of the session folder; nullopt: not known
 };
 
-// Text for Prometheus (prometheus_text.h), seven lines a process. Counters never fall while
-// the ledger lasts, also when the server starts again; those of a process begin at 0 with it.
-// Costs the submaps, merges and processes. The photos are not looked at: their counts are kept.
-// Labels: names of stages, steps and states, which the code has, and of processes, of which the
-// first kMaxProcessSeries in the order of their names have series.
+// Text for Prometheus (prometheus_text.h), seven lines a process. Counters never fall while the
+// ledger lasts, also when the server starts again; those of a process begin at 0 with it. Time:
+// O(submaps + merges + processes). Counts of photos come from `tally`. Label values are names of
+// stages, steps and states, a fixed set, and names of processes: the first kMaxProcessSeries by
+// name have series.
 std::string MetricsText(const MetricsInput& input);
 
 }  // namespace skein

@@ -18,13 +18,14 @@ namespace {
 
 using nlohmann::json;
 
-// Photo 1 of another session may have had the same address: its commit tells a photo from that.
+// Photo 1 of another session may have had the same URL. The query's `v` is the commit time of the
+// photo, so only a URL of this very photo may be cached.
 bool IsOfThisPhotoAlone(const HttpRequest& request, const image_t& image) {
   const auto version = request.query.find("v");
   return version != request.query.end() && version->second == std::to_string(image.header.utime_us);
 }
 
-// An agent names its photos: one that is called page.html is shown as no page.
+// Agents choose the names of photos, so a name like page.html must not give the type text/html.
 std::string TypeOfPhoto(const std::string& name) {
   const std::string type = ContentTypeOf(name);
   const bool is_taken = type == "image/jpeg" || type == "image/png" || type == "image/tiff";
@@ -121,7 +122,7 @@ void PhotosApi::GetMatches(int64_t image_id, Respond respond) const {
   respond(JsonResponse(list.dump()));
 }
 
-// The pair stands in the matches of one of the two.
+// Only one of the two photos has the pair in its matches_t.
 void PhotosApi::GetMatch(int64_t image_id, int64_t other_id, Respond respond) {
   struct Found {
     std::vector<std::string> pair_blobs;
