@@ -26,7 +26,6 @@
 #   --no-second-look  match with all candidates in retrieval's order, for comparison
 #   --no-merge      leave the submaps apart, for comparison
 #   --no-background-ba  mappers refine the whole map in turn with registration, for comparison
-#   --local-ba FORM   of the mappers: colmap (default), consistent, paper or equal
 #   --threads N     threads of each service (default: half of the cores, at least 2 where there are 2)
 #   --max-size PX   longest side at which features are found (default 1600)
 #   --dense on|off  makes depth maps and dense points while photos are placed (default on)
@@ -74,7 +73,7 @@ need_range() {
 }
 while (($#)); do
   case $1 in
-    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --local-ba | --hang-after | --dense | --guide | --target-gsd | --web | --web-public | --web-public-port | --web-plain)
+    --session | --join | --lcm-url | --auth | --config | --features | --matching | --mappers | --threads | --max-size | --top-n | --build | --ready-file | --hang-after | --dense | --guide | --target-gsd | --web | --web-public | --web-public-port | --web-plain)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2; shift ;;
     --adopt) adopt=(--adopt) ;;
@@ -101,7 +100,6 @@ while (($#)); do
     --no-second-look) matching_options+=(--no-second-look) ;;
     --no-merge) merger_options+=(--no-merge) ;;
     --no-background-ba) mapper_options+=(--no-background-ba) ;;
-    --local-ba) mapper_options+=(--local-ba "$2"); shift ;;
     --verbose) service_options+=(--verbose) ;;
     -h | --help) print_help; exit 0 ;;
     *) usage_error "unknown option $1" ;;

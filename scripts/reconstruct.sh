@@ -17,7 +17,6 @@
 #   --no-second-look       match with all candidates, for comparison
 #   --no-merge             leave the submaps apart, for comparison
 #   --no-background-ba     mappers refine the whole map in turn with registration, for comparison
-#   --local-ba FORM        of the mappers: colmap (default), consistent, paper or equal
 #   --dense on|off         depth maps and dense points for the live view (default off; with --keep on)
 #   --keep                 leave the services running after the finish (until Ctrl-C)
 #   --check                only say what is wrong with the options; --images may be missing
@@ -55,14 +54,14 @@ while (($#)); do
     -h | --help) print_help; exit 0 ;;
   esac
   case $1 in
-    --session | --images | --rate | --order | --config | --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba | --dense | --ground-truth | --lcm-url | --build)
+    --session | --images | --rate | --order | --config | --max-size | --top-n | --features | --matching | --mappers | --threads | --dense | --ground-truth | --lcm-url | --build)
       (($# > 1)) || usage_error "$1 needs a value" ;;&
     --session) session=$2 ;;
     --images) add_images "$2" ;;
     --rate | --order) agent_options+=("$1" "$2") ;;
     --config) [[ -r $2 ]] || usage_error "--config: cannot read '$2'"; launch_options+=("$1" "$2") ;;
     --dense) dense=$2 ;;
-    --max-size | --top-n | --features | --matching | --mappers | --threads | --local-ba) launch_options+=("$1" "$2") ;;
+    --max-size | --top-n | --features | --matching | --mappers | --threads) launch_options+=("$1" "$2") ;;
     --ground-truth) [[ -e $2 ]] || usage_error "--ground-truth: there is no '$2'"; truth=$(realpath "$2") ;;
     --lcm-url) url=$2 ;;
     --build) SKEIN_BUILD=$2 ;;

@@ -12,7 +12,6 @@ int main(int argc, char** argv) {
                                                    &node_options, &options)) {
     return *code;
   }
-  options.run.submap.make_local = skein::MakerOf(options.local_ba);
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::InjectFaults(&node.steps());
     skein::MapperService service(node, options.run, options.retire_after_s);

@@ -123,14 +123,8 @@ class Run {
   Cost Feed(int index) {
     const auto [photo, pairs] = Take(index);
     const Cost start{ThreadCpuS(), CpuTimeS(), MonotonicS()};
-    std::vector<std::pair<uint32_t, double>> distances;
-    for (const TwoViewPair& pair : pairs) {
-      const double overlap = 1.0 - static_cast<double>(index + 1 - pair.other_id) / kNumCandidates;
-      distances.emplace_back(pair.other_id, 2.0 * std::sqrt(1.0 - overlap));
-    }
     submap_.AddPhoto(photo);
     submap_.AddPairs(photo.image_id, pairs);
-    submap_.AddSimilar(photo.image_id, distances);
     const auto ignore = [](const PhotoEvent&) {};
     if (submap_.map().reconstruction().NumRegImages() > 0) {
       submap_.Enqueue(photo.image_id);

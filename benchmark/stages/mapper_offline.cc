@@ -1,7 +1,6 @@
 // mapper_offline: feeds a COLMAP database photo by photo to the mapper, without services, and
 // tells what came of it. For measuring the mapper against `colmap mapper` on the same matches.
 
-#include <sqlite3.h>
 #include <sys/resource.h>
 
 #include <CLI/CLI.hpp>
@@ -24,7 +23,6 @@
 #include "disambiguation/similar_structures.h"
 #include "geometry/model_poses.h"
 #include "geometry/pose_evaluation.h"
-#include "mapping/experiments/tree_window.h"
 #include "mapping/rebuild.h"
 #include "mapping/submap.h"
 #include "matching/two_view.h"
@@ -40,7 +38,7 @@ namespace {
 struct Arguments {
   std::string database, order = "name", truth, output;
   std::string camera_model = "SIMPLE_RADIAL";
-  LocalBaOptions local_ba;
+  int local_ba_images = skein::SubmapOptions().local_ba_images;
   std::string output_before, photo_table, model;
   size_t max_pairs = 30;
   bool global_ba = true;
@@ -49,24 +47,10 @@ struct Arguments {
   int max_photos = 0;
   bool background = false;
   bool verbose = false;
-  std::vector<std::string> without;
   bool batch = false;
   bool global = false;
   int parts = 0;
 };
-
-// Parts of the mapper that --without leaves out (docs/experiments/ablations.md): each function sets
-// a limit that nothing exceeds.
-using LeaveOut = void (*)(SubmapOptions*);
-const std::map<std::string, LeaveOut> kParts = {
-    {"missing-cells", [](SubmapOptions* o) { o->min_cells = 1'000'000; }},
-};
-
-std::vector<std::string> PartNames() {
-  std::vector<std::string> names;
-  for (const auto& [name, leave_out] : kParts) names.push_back(name);
-  return names;
-}
 
 double CpuSeconds() {
   rusage usage;
@@ -128,36 +112,6 @@ TwoViewPairs ReadPairs(const ColmapDatabase& database, ImageId id,
   });
   if (max_pairs > 0 && pairs.size() > max_pairs) pairs.resize(max_pairs);
   return pairs;
-}
-
-using DistancesOfPhoto = std::vector<std::pair<uint32_t, double>>;
-
-// Distances of global descriptors from each photo to its candidates. Empty for COLMAP's own
-// databases; `skein export` writes them.
-std::map<ImageId, DistancesOfPhoto> ReadCandidates(const std::string& file) {
-  std::map<ImageId, DistancesOfPhoto> candidates;
-  sqlite3* raw = nullptr;
-  const int opened = sqlite3_open_v2(file.c_str(), &raw, SQLITE_OPEN_READONLY, nullptr);
-  const std::unique_ptr<sqlite3, int (*)(sqlite3*)> database(raw, sqlite3_close);
-  if (opened != SQLITE_OK) throw std::runtime_error("cannot open " + file);
-  const auto add = [](void* to, int, char** row, char**) {
-    auto& all = *static_cast<std::map<ImageId, DistancesOfPhoto>*>(to);
-    all[std::stoul(row[0])].emplace_back(std::stoul(row[1]), std::stod(row[2]));
-    return 0;
-  };
-  sqlite3_exec(raw, "SELECT image_id, other_id, distance FROM skein_candidates", add, &candidates,
-               nullptr);
-  return candidates;
-}
-
-// Stands for the distance of global descriptors where the database does not have them.
-DistancesOfPhoto DistancesFromInliers(const TwoViewPairs& pairs) {
-  DistancesOfPhoto distances;
-  for (const TwoViewPair& pair : pairs) {
-    const double similarity = std::min(1.0, static_cast<double>(pair.inliers.size()) / 1000.0);
-    distances.emplace_back(pair.other_id, 2.0 * std::sqrt(1.0 - similarity));
-  }
-  return distances;
 }
 
 CameraPose PoseOf(const Image& image) {
@@ -248,7 +202,6 @@ class Run {
   int Execute() {
     const ColmapDatabase database(arguments_.database);
     const std::vector<Image> images = OrderedImages(database, arguments_);
-    candidates_ = ReadCandidates(arguments_.database);
     double mapper_s = 0;
     for (const Image& image : images) {
       const PhotoInput photo = ReadPhoto(database, image, arguments_);
@@ -292,11 +245,10 @@ class Run {
   static SubmapOptions Options(const Arguments& arguments) {
     SubmapOptions options;
     options.camera_model = arguments.camera_model;
-    options.make_local = MakerOf(arguments.local_ba);
+    options.local_ba_images = arguments.local_ba_images;
     if (!arguments.global_ba) options.global_growth = std::numeric_limits<double>::infinity();
     options.num_threads = arguments.threads;
     options.background = arguments.background;
-    for (const std::string& part : arguments.without) kParts.at(part)(&options);
     return options;
   }
 
@@ -305,9 +257,6 @@ class Run {
          {submap_.AddPhoto(photo), submap_.AddPairs(photo.image_id, pairs)}) {
       if (!status.ok()) throw std::runtime_error(photo.name + ": " + status.error());
     }
-    const auto candidates = candidates_.find(photo.image_id);
-    submap_.AddSimilar(photo.image_id, candidates == candidates_.end() ? DistancesFromInliers(pairs)
-                                                                       : candidates->second);
     if (!IsStarted()) return;
     submap_.Enqueue(photo.image_id);
     while (submap_.Step(Sink())) continue;
@@ -410,10 +359,7 @@ class Run {
       std::set<ImageId> others(ids.begin(), begin);
       others.insert(end, ids.end());
       std::cout << "part " << part + 1 << " of " << arguments_.parts << ": " << ours.size()
-                << " photos "
-                << ComparePlaces(map, map.reconstruction(), ours, others,
-                                 submap_.options().min_cells)
-                       .reason
+                << " photos " << ComparePlaces(map, map.reconstruction(), ours, others).reason
                 << "\n";
       PrintCells("across", ours, others);
       PrintCells("within", ours, ours);
@@ -501,7 +447,6 @@ class Run {
   Submap submap_;
   std::vector<ImageId> before_;
   Seeds seeds_;
-  std::map<ImageId, DistancesOfPhoto> candidates_;
   ModelPoses truth_;
   std::ofstream photo_table_;
 };
@@ -525,12 +470,8 @@ int main(int argc, char** argv) {
   app.add_option("--model", arguments.model,
                  "goes on from this COLMAP model of all the photos, instead of mapping them")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--local-ba", arguments.local_ba.form, "local bundle adjustment")
-      ->check(CLI::IsMember(skein::LocalBaForms()))
-      ->capture_default_str();
   app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
-  app.add_option("--local-ba-images", arguments.local_ba.colmap_images,
-                 "images of --local-ba colmap")
+  app.add_option("--local-ba-images", arguments.local_ba_images, "images of a local BA")
       ->check(CLI::Range(3, 1000))
       ->capture_default_str();
   app.add_option("--max-pairs", arguments.max_pairs,
@@ -547,8 +488,6 @@ int main(int argc, char** argv) {
       "--parts", arguments.parts,
       "cuts the final map where photos share fewest matches, and tells whether its parts "
       "would be taken for two places");
-  app.add_option("--without", arguments.without, "parts of the mapper to leave out")
-      ->check(CLI::IsMember(skein::PartNames()));
   app.add_flag("--verbose", arguments.verbose, "tell about each photo");
   CLI11_PARSE(app, argc, argv);
   try {

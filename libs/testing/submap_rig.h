@@ -24,11 +24,6 @@ class SubmapRig {
   void Add(size_t photo) {
     ASSERT_TRUE(map.AddPhoto(scene.photos[photo]).ok());
     ASSERT_TRUE(map.AddPairs(scene.photos[photo].image_id, scene.pairs[photo]).ok());
-    std::vector<std::pair<uint32_t, double>> distances;
-    for (const TwoViewPair& pair : scene.pairs[photo]) {
-      distances.emplace_back(static_cast<uint32_t>(pair.other_id), 0.8);
-    }
-    map.AddSimilar(scene.photos[photo].image_id, distances);
   }
   Submap::EventSink Sink() {
     return [this](const PhotoEvent& event) { events.push_back(event); };

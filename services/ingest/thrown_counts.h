@@ -1,5 +1,5 @@
 // Counts exceptions for each photo or fact. An unanswered sender repeats its item, which would
-// raise the exception again; after kMaxThrown exceptions the item is refused.
+// raise the exception again; after kMaxFailures exceptions the item is refused.
 #pragma once
 
 #include <map>

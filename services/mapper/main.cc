@@ -12,7 +12,6 @@ int main(int argc, char** argv) {
     return *code;
   }
   options.run.submap.num_threads = node_options.threads;
-  options.run.submap.make_local = skein::MakerOf(options.local_ba);
   return skein::RunService(node_options, [&](skein::Node& node) {
     skein::MapperService service(node, options.run, options.retire_after_s);
     node.Run();

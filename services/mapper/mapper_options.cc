@@ -7,21 +7,15 @@
 
 namespace skein {
 Status MapperOptions::Check() const {
-  return FirstError({run.Check(), InRange("local_ba_images", local_ba.colmap_images, 3, 1000),
-                     InRange("retire_after", retire_after_s, 0.0, 1e9)});
+  return FirstError({run.Check(), InRange("retire_after", retire_after_s, 0.0, 1e9)});
 }
 
 void AddOptions(CLI::App& app, MapperOptions* options) {
   SubmapOptions& submap = options->run.submap;
-  LocalBaOptions& local_ba = options->local_ba;
   app.add_option("--camera-model", submap.camera_model,
                  "One of COLMAP's camera models, for cameras whose intrinsics are not given");
-  AddChoice(
-      app, "local-ba", LocalBaForms(), [&local_ba] { return local_ba.form; },
-      [&local_ba](const std::string& name) { local_ba.form = name; },
-      "Local bundle adjustment: colmap, consistent, paper or equal");
-  app.add_option("--local-ba-images", local_ba.colmap_images,
-                 "Images that local_ba colmap takes in, two of them constant");
+  app.add_option("--local-ba-images", submap.local_ba_images,
+                 "Images that a local bundle adjustment takes in, two of them constant");
   AddSwitch(app, "background-ba", &submap.background,
             "Global bundle adjustment beside registration; off: in turn with it, and the same "
             "ledger gives the same map");

@@ -2,7 +2,6 @@
 
 #include "core/result.h"
 #include "mapper/submap_run.h"
-#include "mapping/experiments/tree_window.h"
 
 namespace CLI {
 class App;
@@ -14,7 +13,6 @@ struct MapperOptions {
   MapperOptions() { run.submap.background = true; }
 
   SubmapRunOptions run;
-  LocalBaOptions local_ba;
   double retire_after_s = 0;  // without a submap, see MapperService; 0: never
 
   Status Check() const;

@@ -9,9 +9,8 @@ namespace skein::mapper_options_test {
 TEST(MapperOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<MapperOptions>({
       {"camera_model is \"FISHY\"", [](auto* o) { o->run.submap.camera_model = "FISHY"; }},
-      {"min_cells", [](auto* o) { o->run.submap.min_cells = 0; }},
       {"target_gsd", [](auto* o) { o->run.target_gsd_mm = -1; }},
-      {"local_ba_images", [](auto* o) { o->local_ba.colmap_images = 2; }},
+      {"local_ba_images", [](auto* o) { o->run.submap.local_ba_images = 2; }},
       {"retire_after", [](auto* o) { o->retire_after_s = -1; }},
   });
 }

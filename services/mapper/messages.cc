@@ -69,17 +69,6 @@ PhotoInput ToPhotoInput(const image_t& image, Keypoints keypoints) {
   return photo;
 }
 
-std::vector<std::pair<uint32_t, double>> ToDistances(const candidates_t& candidates) {
-  std::vector<std::pair<uint32_t, double>> distances;
-  for (int i = 0; i < candidates.num_candidates; ++i) {
-    const int64_t id = candidates.other_ids[i];
-    const double distance = candidates.distances[i];
-    if (id < 1 || id > INT32_MAX || !std::isfinite(distance) || distance < 0) continue;
-    distances.emplace_back(static_cast<uint32_t>(id), distance);
-  }
-  return distances;
-}
-
 registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epoch) {
   registration_t message{};
   message.image_id = event.image_id;

@@ -10,7 +10,6 @@
 #include "mapper/model_assessment.h"
 #include "mapping/submap.h"
 #include "merging/submap_merge.h"
-#include "skein/candidates_t.hpp"
 #include "skein/georeference_t.hpp"
 #include "skein/image_t.hpp"
 #include "skein/merge_t.hpp"
@@ -21,9 +20,6 @@ namespace skein {
 
 // A photo with its keypoints. The core validates it.
 PhotoInput ToPhotoInput(const image_t& image, Keypoints keypoints);
-
-// Distances of global descriptors; entries with unusable ids or distances are left out.
-std::vector<std::pair<uint32_t, double>> ToDistances(const candidates_t& candidates);
 
 // All but the header.
 registration_t ToMessage(const PhotoEvent& event, int64_t submap_id, int64_t epoch);

@@ -191,18 +191,6 @@ TEST(MapperMessages, PhotoIsNamedByItsAgent) {
   EXPECT_EQ(photo.keypoints.size(), 5u);
 }
 
-TEST(MapperMessages, DistancesThatCannotBeAreLeftOut) {
-  candidates_t candidates{};
-  candidates.other_ids = {1, 0, -1, int64_t{1} << 40, 2, 3, 4};
-  candidates.distances = {0.5F,  0.1F, 0.1F, 0.1F, std::numeric_limits<float>::quiet_NaN(),
-                          -0.1F, 0};
-  candidates.num_candidates = static_cast<int32_t>(candidates.other_ids.size());
-  const auto distances = ToDistances(candidates);
-  ASSERT_EQ(distances.size(), 2u);
-  EXPECT_EQ(distances[0], (std::pair<uint32_t, double>{1, 0.5}));
-  EXPECT_EQ(distances[1], (std::pair<uint32_t, double>{4, 0}));
-}
-
 TEST(MapperMessages, AMergesOrderHasTheSimilarityAndItsOptions) {
   Sim3Options options;
   options.min_inlier_images = 2;

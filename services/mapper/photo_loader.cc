@@ -36,7 +36,6 @@ Status AddOne(const FetchedPhoto& photo, Submap* submap) {
        {submap->AddPhoto(decoded->input), submap->AddPairs(id, decoded->pairs)}) {
     if (!status.ok()) LogWarn("photo {}: {}", id, status.error());
   }
-  submap->AddSimilar(id, photo.distances);
   return Status::Ok();
 }
 
@@ -91,7 +90,6 @@ void PhotoLoader::LoadOne(int64_t image_id, OnPhoto on_photo) {
   auto fetching = std::make_shared<Fetching>();
   fetching->on_photo = std::move(on_photo);
   fetching->photo.input = ToPhotoInput(photo->image, {});
-  if (photo->candidates_seq > 0) fetching->photo.distances = ToDistances(photo->candidates);
   Fetch(photo->features.keypoints_blob, "keypoints", &FetchedPhoto::keypoints_blob, fetching);
   Fetch(photo->pairs_blob, "pairs", &FetchedPhoto::pairs_blob, fetching);
 }

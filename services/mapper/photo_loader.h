@@ -22,7 +22,6 @@ namespace skein {
 struct FetchedPhoto {
   PhotoInput input;  // without keypoints
   std::optional<Bytes> keypoints_blob, pairs_blob;
-  std::vector<std::pair<uint32_t, double>> distances;
 };
 
 // Shared, as jobs must be copyable; read once, by the worker.

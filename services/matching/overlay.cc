@@ -135,18 +135,12 @@ Eigen::Matrix3d FitWithoutTurn(const PhotoFeatures& first, const PhotoFeatures& 
   return to_plane.transpose() * CrossProductMatrix(e) * to_plane;
 }
 
-// A plane's or a rotation's matches have many epipolar geometries.
-bool IsEpipolar(const TwoViewGeometry& geometry) {
-  return geometry.config == TwoViewGeometry::CALIBRATED ||
-         geometry.config == TwoViewGeometry::UNCALIBRATED;
-}
-
 // Whether the moving matches tell of a motion of their own. One of a plane's geometries contradicts
 // the still matches only if no geometry explains both: by the likelihood ratio, less BIC's price of
 // F's seven parameters.
 bool MoveByThemselves(const PhotoFeatures& first, const PhotoFeatures& second,
                       const TwoViewGeometry& of_moving, const TwoViewGeometry& of_all) {
-  if (IsEpipolar(of_moving)) return true;
+  if (IsByEssential(of_moving.config)) return true;
   const auto sum = [&](const Eigen::Matrix3d& F) {
     return SumOfErrors(F, first, second, of_moving.inlier_matches);
   };

@@ -13,6 +13,48 @@ constexpr int kMinSharedWhenFinishing = 1;  // nothing more can come then
 constexpr int kMaxLinkedImages = 16;
 constexpr double kGrowth = 1.5;  // of the photos, before what failed is tried again
 
+using Direction = std::pair<int64_t, int64_t>;  // source, target
+using Failures = std::map<Direction, int>;      // photos of the last attempt
+
+// Failed attempts since the latest DRAINED: an UNDONE in its direction, a FAILED in both, as no
+// similarity was found in either. At DRAINED the mappers have worked over their maps with all
+// that the session has. An attempt that failed before may succeed now, and is made once more.
+Failures FailuresOf(const SessionState& session) {
+  Failures failures;
+  const auto remember = [&failures](const Direction& direction, int num_images) {
+    int& tried = failures[direction];
+    tried = std::max(tried, num_images);
+  };
+  const int64_t since = session.last_drained_seq();
+  for (const auto& [merge_id, merge] : session.merges()) {
+    if (merge.latest().state != merge_t::UNDONE || merge_id < since) continue;
+    const merge_t& ordered = merge.ordered();
+    remember({ordered.source_id, ordered.target_id}, ordered.num_shared_images);
+  }
+  for (const merge_t& failed : session.failed_merges()) {
+    if (failed.header.seq < since) continue;
+    remember({failed.source_id, failed.target_id}, failed.num_shared_images);
+    remember({failed.target_id, failed.source_id}, failed.num_shared_images);
+  }
+  return failures;
+}
+
+bool WasTried(const Failures& failures, const Direction& direction, int num_images,
+              bool finishing) {
+  const auto it = failures.find(direction);
+  if (it == failures.end()) return false;
+  const double needed = finishing ? it->second + 1.0 : kGrowth * it->second;
+  return num_images < needed;
+}
+
+std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirectory::Pair& pair,
+                            const Overlap& overlap) {
+  std::vector<int64_t> images = overlap.shared;
+  const size_t num_linked = std::min<size_t>(overlap.linked.size(), kMaxLinkedImages);
+  images.insert(images.end(), overlap.linked.begin(), overlap.linked.begin() + num_linked);
+  return directory.WithNeighbours(pair, std::move(images), kMaxLinkedImages);
+}
+
 }  // namespace
 
 void MergeEvidence::Note(const SubmapDirectory::Overlaps& overlaps, int64_t utime_us) {
@@ -35,43 +77,6 @@ void MergeEvidence::OnMerged(int64_t source_id, int64_t target_id) {
 int64_t MergeEvidence::UtimeOf(int64_t submap_id1, int64_t submap_id2) const {
   const auto found = since_utime_us_.find(std::minmax(submap_id1, submap_id2));
   return found == since_utime_us_.end() ? 0 : found->second;
-}
-
-MergePolicy::Failures MergePolicy::FailuresOf(const SessionState& session) {
-  Failures failures;
-  const auto remember = [&failures](const Direction& direction, int num_images) {
-    int& tried = failures[direction];
-    tried = std::max(tried, num_images);
-  };
-  const int64_t since = session.last_drained_seq();
-  for (const auto& [merge_id, merge] : session.merges()) {
-    if (merge.latest().state != merge_t::UNDONE || merge_id < since) continue;
-    const merge_t& ordered = merge.ordered();
-    remember({ordered.source_id, ordered.target_id}, ordered.num_shared_images);
-  }
-  for (const merge_t& failed : session.failed_merges()) {
-    if (failed.header.seq < since) continue;
-    remember({failed.source_id, failed.target_id}, failed.num_shared_images);
-    remember({failed.target_id, failed.source_id}, failed.num_shared_images);
-  }
-  return failures;
-}
-
-bool MergePolicy::WasTried(const Failures& failures, const Direction& direction, int num_images,
-                           bool finishing) const {
-  const auto it = failures.find(direction);
-  if (it == failures.end()) return false;
-  const double needed = finishing ? it->second + 1.0 : kGrowth * it->second;
-  return num_images < needed;
-}
-
-std::vector<int64_t> MergePolicy::BestOf(const SubmapDirectory& directory,
-                                         const SubmapDirectory::Pair& pair,
-                                         const Overlap& overlap) const {
-  std::vector<int64_t> images = overlap.shared;
-  const size_t num_linked = std::min<size_t>(overlap.linked.size(), kMaxLinkedImages);
-  images.insert(images.end(), overlap.linked.begin(), overlap.linked.begin() + num_linked);
-  return directory.WithNeighbours(pair, std::move(images), kMaxLinkedImages);
 }
 
 std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,

@@ -61,18 +61,6 @@ class MergePolicy {
                         const SubmapDirectory& directory) const;
 
  private:
-  using Direction = std::pair<int64_t, int64_t>;  // source, target
-  using Failures = std::map<Direction, int>;      // photos of the last attempt
-
-  // Failed attempts since the latest DRAINED: an UNDONE in its direction, a FAILED in both, as no
-  // similarity was found in either. At DRAINED the mappers have worked over their maps with all
-  // that the session has. An attempt that failed before may succeed now, and is made once more.
-  static Failures FailuresOf(const SessionState& session);
-  std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirectory::Pair& pair,
-                              const Overlap& overlap) const;
-  bool WasTried(const Failures& failures, const Direction& direction, int num_images,
-                bool finishing) const;
-
   const bool enabled_;
 };
 

@@ -161,7 +161,7 @@ void MergerService::React(const finish_t& finish) {
 }
 
 void MergerService::OnStatus(const submap_status_t& status) {
-  Status& heard = heard_statuses_[status.submap_id];
+  SubmapDirectory::Position& heard = heard_statuses_[status.submap_id];
   if (status.epoch < heard.epoch) return;
   heard = {status.epoch, status.ledger_seq};
 }
@@ -212,23 +212,17 @@ void MergerService::Decide() {
   if (estimate_ && EstimateIsStale()) estimate_.reset();
   if (estimate_) AskForShared();
   if (!MayDecide()) return;
-  NoteEvidence();
+  evidence_.Note(directory_.FindOverlaps(), session_.last_utime_us());
   if (!estimate_ && IsFinishing() && TryBatch()) return;
   if (TrySeed() || estimate_) return;
   TryMerge();
   if (!estimate_ && IsFinishing()) TrySettle();
 }
 
-void MergerService::NoteEvidence() {
-  evidence_.Note(directory_.FindOverlaps(), session_.last_utime_us());
-}
-
-SeedSituation MergerService::Situation() const {
-  return {node_.loop().now_s() - active_s_, IsFinishing(), follower_->processed_seq()};
-}
-
 bool MergerService::TrySeed() {
-  const std::optional<SeedChoice> choice = seeds_.Choose(directory_, Situation());
+  const SeedSituation situation{node_.loop().now_s() - active_s_, IsFinishing(),
+                                follower_->processed_seq()};
+  const std::optional<SeedChoice> choice = seeds_.Choose(directory_, situation);
   if (!choice) {
     WantMapper(false);
     return false;

@@ -29,10 +29,6 @@ class MergerService {
   ~MergerService();
 
  private:
-  struct Status {
-    int64_t epoch = 0;
-    int64_t ledger_seq = 0;
-  };
   // Similarity of one pair, on its way: request, two replies, two blobs, estimation.
   struct Estimate {
     MergeAttempt attempt;
@@ -63,9 +59,7 @@ class MergerService {
   void NoteActivity();
   void Decide();
   bool MayDecide() const;
-  void NoteEvidence();
   bool IsFinishing() const { return session_.finish().state == finish_t::DRAINED; }
-  SeedSituation Situation() const;
   bool TrySeed();
   void WantMapper(bool wanted);
   void TryMerge();
@@ -97,9 +91,10 @@ class MergerService {
   double hold_until_s_ = 0;    // after a refusal
   double active_s_ = 0;        // when something last happened to a photo
   double wants_mapper_s_ = 0;  // since when a seed waits for a mapper, 0: none does
-  std::map<int64_t, Status> new_statuses_;  // heard, not yet known to be covered by the ledger read
-  std::map<int64_t, Status> heard_statuses_;    // heard before the latest head
-  std::map<std::string, double> idle_mappers_;  // instance -> when it last asked
+  std::map<int64_t, SubmapDirectory::Position>
+      new_statuses_;  // heard, not yet known to be covered by the ledger read
+  std::map<int64_t, SubmapDirectory::Position> heard_statuses_;  // heard before the latest head
+  std::map<std::string, double> idle_mappers_;                   // instance -> when it last asked
   std::unique_ptr<Estimate> estimate_;
   int64_t next_request_id_;
   int64_t num_merged_ = 0;

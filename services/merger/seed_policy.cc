@@ -46,14 +46,10 @@ bool HasFailedMappers(const SessionState& session, int64_t image_id) {
                      [&](const auto& submap) { return submap.second.IsLeftOut(step); });
 }
 
-}  // namespace
-
-void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
-  refused_.insert(std::minmax(image_id1, image_id2));
-}
+using Components = std::map<int64_t, int64_t>;  // image -> representative
 
 // Both ends of a pair belong together even if the matches of the earlier photo are not known.
-SeedPolicy::Components SeedPolicy::FindComponents(const SessionState& session) {
+Components FindComponents(const SessionState& session) {
   DisjointSets<int64_t> sets;
   for (const auto& [image_id, photo] : session.photos()) {
     if (photo.matches_seq == 0) continue;
@@ -65,8 +61,8 @@ SeedPolicy::Components SeedPolicy::FindComponents(const SessionState& session) {
   return sets.Representatives();
 }
 
-bool SeedPolicy::MayStillBeReached(const PhotoState& photo, int64_t component,
-                                   const Components& components, const SubmapDirectory& directory) {
+bool MayStillBeReached(const PhotoState& photo, int64_t component, const Components& components,
+                       const SubmapDirectory& directory) {
   for (const LiveSubmap& submap : directory.Live()) {
     if (submap.ledger_seq >= photo.matches_seq) continue;
     const auto touches = [&](int64_t id) {
@@ -82,17 +78,16 @@ bool SeedPolicy::MayStillBeReached(const PhotoState& photo, int64_t component,
   return false;
 }
 
-bool SeedPolicy::IsPatient(int64_t image_id, const PhotoState& photo,
-                           const SubmapDirectory& directory, const SeedSituation& situation) const {
+bool IsPatient(int64_t image_id, const PhotoState& photo, const SubmapDirectory& directory,
+               const SeedSituation& situation) {
   if (situation.finishing || !directory.IsDeferred(image_id)) return false;
   const bool quiet = situation.quiet_s >= kRelaxQuietS.back();
   const int64_t num_later = directory.session().num_matched() - photo.matches_order;
   return !quiet && num_later < kDeferredPatience;
 }
 
-std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
-                                         const SeedSituation& situation,
-                                         const Components& components) const {
+std::vector<int64_t> Orphans(const SubmapDirectory& directory, const SeedSituation& situation,
+                             const Components& components) {
   const SessionState& session = directory.session();
   std::vector<int64_t> orphans;
   for (const auto& [image_id, photo] : session.photos()) {
@@ -105,19 +100,25 @@ std::vector<int64_t> SeedPolicy::Orphans(const SubmapDirectory& directory,
   return orphans;
 }
 
-size_t SeedPolicy::RelaxationOf(const SeedSituation& situation) const {
+size_t RelaxationOf(const SeedSituation& situation) {
   if (situation.finishing) return kRelaxQuietS.size();
   size_t step = 0;
   while (step < kRelaxQuietS.size() && situation.quiet_s >= kRelaxQuietS[step]) ++step;
   return step;
 }
 
-bool SeedPolicy::IsOutlasted(const SeedChoice& pair, const std::vector<int64_t>& orphans,
-                             const SessionState& session) const {
+bool IsOutlasted(const SeedChoice& pair, const std::vector<int64_t>& orphans,
+                 const SessionState& session) {
   const auto order = [&](int64_t id) { return session.FindPhoto(id)->matches_order; };
   const int64_t of_pair = std::max(order(pair.image_id1), order(pair.image_id2));
   return std::count_if(orphans.begin(), orphans.end(),
                        [&](int64_t id) { return order(id) > of_pair; }) >= kSmallAnglePatience;
+}
+
+}  // namespace
+
+void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
+  refused_.insert(std::minmax(image_id1, image_id2));
 }
 
 std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orphans,

@@ -41,18 +41,6 @@ class SeedPolicy {
                                    const SeedSituation& situation) const;
 
  private:
-  using Components = std::map<int64_t, int64_t>;  // image -> representative
-
-  static Components FindComponents(const SessionState& session);
-  std::vector<int64_t> Orphans(const SubmapDirectory& directory, const SeedSituation& situation,
-                               const Components& components) const;
-  static bool MayStillBeReached(const PhotoState& photo, int64_t component,
-                                const Components& components, const SubmapDirectory& directory);
-  bool IsPatient(int64_t image_id, const PhotoState& photo, const SubmapDirectory& directory,
-                 const SeedSituation& situation) const;
-  size_t RelaxationOf(const SeedSituation& situation) const;
-  bool IsOutlasted(const SeedChoice& pair, const std::vector<int64_t>& orphans,
-                   const SessionState& session) const;
   std::optional<SeedChoice> BestPair(const std::vector<int64_t>& orphans, double min_angle_rad,
                                      int min_inliers, const SubmapDirectory& directory) const;
   std::optional<SeedChoice> ChooseIn(const std::vector<int64_t>& orphans,

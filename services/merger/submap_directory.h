@@ -33,6 +33,12 @@ class SubmapDirectory {
   // Two live submaps, smaller id first.
   using Pair = std::pair<int64_t, int64_t>;
 
+  // Epoch of a submap's mapper, and the ledger up to which that has worked.
+  struct Position {
+    int64_t epoch = 0;
+    int64_t ledger_seq = 0;
+  };
+
   // `session` must outlive it.
   explicit SubmapDirectory(const SessionState& session) : session_(session) {}
 
@@ -57,11 +63,6 @@ class SubmapDirectory {
   std::vector<int64_t> WithNeighbours(const Pair& pair, std::vector<int64_t> images, int num) const;
 
  private:
-  struct Position {
-    int64_t epoch = 0;
-    int64_t ledger_seq = 0;
-  };
-
   int64_t PositionOf(int64_t submap_id, const SubmapLife& submap) const;
   Overlaps ComputeOverlaps() const;
   using Holders = std::unordered_map<int64_t, std::vector<int64_t>>;

@@ -26,7 +26,7 @@ for script in demo.sh "reconstruct.sh --session $workspace/none"; do
 done
 refuses 2 '--preset needs a value' "$SKEIN_ROOT/scripts/test.sh" --preset
 refuses 2 '--lcm-url needs a value' "$SKEIN_ROOT/scripts/spy.sh" --lcm-url
-for option in stages/local_ba/--set stages/local_ba/--keep colmap/versus_colmap/--truth colmap/versus_colmap/--seeds guidance/guidance/--keep \
+for option in colmap/versus_colmap/--truth colmap/versus_colmap/--seeds guidance/guidance/--keep \
   guidance/guidance/--max-photos captures/captures/--kinds; do
   refuses 2 "${option##*/} needs a value" "$SKEIN_ROOT/benchmark/${option%/*}.sh" "${option##*/}"
 done

@@ -1,7 +1,6 @@
-#include "disambiguation/divided_photos.h"
-
 #include <gtest/gtest.h>
 
+#include "disambiguation/similar_structures.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein::divided_photos_test {

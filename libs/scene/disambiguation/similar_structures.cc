@@ -11,7 +11,6 @@
 #include "core/statistics.h"
 #include "core/threads.h"
 #include "disambiguation/photo_groups.h"
-#include "disambiguation/shared_photos.h"
 #include "sfm/pose.h"
 
 namespace skein {
@@ -41,7 +40,7 @@ struct CellGrid {
   int num_columns, num_rows;
 };
 constexpr CellGrid kGrid = {24, 18};
-constexpr CellGrid kSharedGrid = {8, 6};  // of shared photos (shared_photos.h)
+constexpr CellGrid kSharedGrid = {8, 6};  // of shared photos (CheckSharedPhotos)
 
 double AngleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -435,8 +434,7 @@ CellVotes ComparePair(const SceneMap& map, const Reconstruction& model, ImageId 
 }
 
 PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
-                              const std::set<ImageId>& photos1, const std::set<ImageId>& photos2,
-                              int min_cells) {
+                              const std::set<ImageId>& photos1, const std::set<ImageId>& photos2) {
   if (photos1.empty() || photos2.empty()) return {};
   Views views(kGrid, &map.graph(), model);
   CellVotes sum;
@@ -449,7 +447,7 @@ PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
     missing.push_back(MissingShare(votes));
     num_different += ShowsAnotherPlace(votes, kMinPairCells);
   });
-  if (sum.num_cells() < min_cells) return {};
+  if (sum.num_cells() < kMinCells) return {};
   const auto differ = [&](int num, const char* how) {
     return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(sum.num_cells()) +
                                      " cells that both show are " + how};
@@ -470,13 +468,30 @@ PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
   return {};
 }
 
+DividedPhotos DividePhotos(const SceneMap& map, const std::set<ImageId>& first,
+                           const std::set<ImageId>& second, const Reconstruction& merged) {
+  DividedPhotos divided;
+  for (const ImageId id : merged.RegImageIds()) {
+    const bool in_first = first.count(id) > 0, in_second = second.count(id) > 0;
+    if (!in_first && !in_second) continue;
+    int64_t more_in_first = 0;
+    for (const auto& [other, num_matches] : map.Neighbours(id)) {
+      if (first.count(other) > 0) more_in_first += num_matches;
+      if (second.count(other) > 0) more_in_first -= num_matches;
+    }
+    const bool is_of_first = in_first && (!in_second || more_in_first >= 0);
+    (is_of_first ? divided.of_first : divided.of_second).insert(id);
+  }
+  return divided;
+}
+
 Status CheckSharedPhotos(const Reconstruction& target, const Reconstruction& source,
-                         const std::set<ImageId>& shared, int min_cells) {
+                         const std::set<ImageId>& shared) {
   const std::pair<const char*, const Reconstruction*> models[] = {{"target", &target},
                                                                   {"source", &source}};
   for (const auto& [name, model] : models) {
     const CellVotes votes = CompareShared(*model, shared);
-    if (!ShowsAnotherPlace(votes, min_cells)) continue;
+    if (!ShowsAnotherPlace(votes)) continue;
     return FailedPrecondition("visually similar places: " + std::to_string(votes.num_different) +
                               " of " + std::to_string(votes.num_cells()) +
                               " cells that shared photos and the " + name +

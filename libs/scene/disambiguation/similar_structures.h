@@ -23,6 +23,7 @@
 #include <string>
 #include <vector>
 
+#include "core/result.h"
 #include "map/scene_map.h"
 
 namespace skein {
@@ -40,8 +41,8 @@ struct CellVotes {
 };
 
 // False with fewer than `min_cells` cells.
-bool ShowsAnotherPlace(const CellVotes& votes, int min_cells);
-bool HasTooManyMissingCells(const CellVotes& votes, int min_cells);
+bool ShowsAnotherPlace(const CellVotes& votes, int min_cells = kMinCells);
+bool HasTooManyMissingCells(const CellVotes& votes, int min_cells = kMinCells);
 
 // Compares a photo that is not registered, at cam_from_world, with its registered neighbours. The
 // photo has no points yet, so no cell is different.
@@ -92,10 +93,30 @@ struct PlacesOfTwoSets {
 // Along the verified pairs of `map`, which must hold all of these photos; its own poses and points
 // are not used.
 PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
-                              const std::set<ImageId>& photos1, const std::set<ImageId>& photos2,
-                              int min_cells);
+                              const std::set<ImageId>& photos1, const std::set<ImageId>& photos2);
 
 // Cells of a pair in one model, both ways, as ComparePlaces counts them.
 CellVotes ComparePair(const SceneMap& map, const Reconstruction& model, ImageId id1, ImageId id2);
+
+struct DividedPhotos {
+  std::set<ImageId> of_first, of_second;
+};
+
+// Photos of a merged model, by the one of its two models that they belong to. `first`, `second`:
+// the photos of the two. A photo of both belongs to that with more of its verified matches: in the
+// wrong map, by an object that two places have in common, it has few. Costs the pairs of the merged
+// model's photos.
+DividedPhotos DividePhotos(const SceneMap& map, const std::set<ImageId>& first,
+                           const std::set<ImageId>& second, const Reconstruction& merged);
+
+// For a merge, before the models are fused: in each submap the shared photos are compared with the
+// photos of that submap alone. An error if they are not of one place, as both submaps are. Each
+// model is in its own frame; `shared` is registered in both.
+//
+// Cells are joined 3 x 3, as the points of small submaps are sparse. Measured, num_different of
+// all: two places with one facade 0.32 to 0.51, one place at most 0.014. At one point a cell of 24
+// x 18 both are below 0.03.
+Status CheckSharedPhotos(const Reconstruction& target, const Reconstruction& source,
+                         const std::set<ImageId>& shared);
 
 }  // namespace skein

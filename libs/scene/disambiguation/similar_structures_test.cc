@@ -131,8 +131,8 @@ TEST(SimilarStructures, APhotoOfThePlaceMissesNothing) {
 
 PlacesOfTwoSets PlacesOf(Street* street) {
   street->Register(kNumFirst + kNumSecond);
-  return ComparePlaces(street->map(), street->map().reconstruction(), {1, 2, 3, 4}, {9, 10, 11, 12},
-                       kMinCells);
+  return ComparePlaces(street->map(), street->map().reconstruction(), {1, 2, 3, 4},
+                       {9, 10, 11, 12});
 }
 
 // `skein sim --scenario shared-object`: what stands around the object has another depth in each of

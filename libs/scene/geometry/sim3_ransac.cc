@@ -55,7 +55,7 @@ TotalScore Score(const std::vector<SharedPhoto>& shared, const std::vector<size_
     const ImageScore score = ScoreImage(shared[i], hypothesis, max_points);
     if (!IsInlierImage(score, options)) continue;
     ++total.num_inlier_images;
-    total.sum_ratios += SoftRatio(score, MaxErrorPx(shared[i]));
+    total.sum_ratios += SoftRatio(score, MaxErrorPx(shared[i].target_camera));
   }
   return total;
 }

@@ -129,8 +129,8 @@ size_t AddImage(const SharedPhoto& image, const Similarity& initial, double max_
 
 }  // namespace
 
-double MaxErrorPx(const SharedPhoto& image) {
-  const double size = std::max(image.target_camera.Width(), image.target_camera.Height());
+double MaxErrorPx(const Camera& target_camera) {
+  const double size = std::max(target_camera.Width(), target_camera.Height());
   return kMaxSim3ErrorPx * (size > 0 ? size / kReferenceSizePx : 1.0);
 }
 
@@ -148,7 +148,7 @@ double SymmetricErrorPx(const SharedPhoto& image, const SharedPhoto::CommonPoint
 ImageScore ScoreImage(const SharedPhoto& image, const Similarity& target_from_source,
                       int max_points) {
   const Similarity source_from_target = target_from_source.Inverse();
-  const double max_error_px = MaxErrorPx(image);
+  const double max_error_px = MaxErrorPx(image.target_camera);
   const size_t step =
       max_points > 0 ? std::max<size_t>(1, (image.points.size() + max_points - 1) / max_points) : 1;
   ImageScore score;
@@ -178,8 +178,8 @@ Similarity RefineSim3(const std::vector<SharedPhoto>& shared, const std::vector<
   size_t num_points = 0;
   for (size_t i = 0; i < shared.size(); ++i) {
     if (!used[i]) continue;
-    num_points += AddImage(shared[i], initial, MaxErrorPx(shared[i]), &loss, &log_scale, q,
-                           t.data(), &problem);
+    num_points += AddImage(shared[i], initial, MaxErrorPx(shared[i].target_camera), &loss,
+                           &log_scale, q, t.data(), &problem);
   }
   if (num_points < 4) return initial;
   problem.SetManifold(q, new ceres::QuaternionManifold);

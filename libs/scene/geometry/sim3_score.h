@@ -14,8 +14,8 @@ struct ImageScore {
   double sum_error_px = 0.0;  // over inliers, mean of both directions
 };
 
-// Limit for one photo, see kMaxSim3ErrorPx.
-double MaxErrorPx(const SharedPhoto& image);
+// Limit for one photo, of its camera in the target, see kMaxSim3ErrorPx.
+double MaxErrorPx(const Camera& target_camera);
 
 // The larger of both directions' reprojection errors, infinity for a point behind a camera.
 // `source_from_target` is the inverse of `target_from_source`.

@@ -398,16 +398,21 @@ std::unique_ptr<SceneMap> SceneMap::Clone() const {
   return copy;
 }
 
-std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images) {
+std::vector<Point3DId> PointsSeenBy(const Reconstruction& model,
+                                    const std::vector<ImageId>& images) {
   std::vector<Point3DId> points;
   for (const ImageId id : images) {
-    for (const Point2D& point2D : map.reconstruction().Image(id).Points2D()) {
+    for (const Point2D& point2D : model.Image(id).Points2D()) {
       if (point2D.HasPoint3D()) points.push_back(point2D.Point3DId());
     }
   }
   std::sort(points.begin(), points.end());
   points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
+}
+
+std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images) {
+  return PointsSeenBy(map.reconstruction(), images);
 }
 
 std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points) {

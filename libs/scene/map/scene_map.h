@@ -171,6 +171,8 @@ class SceneMap {
 
 // Points that at least one of the images observes / images that observe at least one of the points,
 // ascending.
+std::vector<Point3DId> PointsSeenBy(const Reconstruction& model,
+                                    const std::vector<ImageId>& images);
 std::vector<Point3DId> PointsSeenBy(const SceneMap& map, const std::vector<ImageId>& images);
 std::vector<ImageId> ObserversOf(const SceneMap& map, const std::vector<Point3DId>& points);
 

@@ -1,7 +1,6 @@
 #include "mapping/adjuster.h"
 
 #include <algorithm>
-#include <unordered_set>
 #include <utility>
 
 #include "core/clock.h"
@@ -9,6 +8,7 @@
 #include "map/filters.h"
 #include "map/retriangulation.h"
 #include "map/track_completion.h"
+#include "mapping/local_adjustment.h"
 #include "mapping/own_cameras.h"
 
 namespace skein {
@@ -24,7 +24,7 @@ constexpr double kMaxChangeBefore = 0.005;
 std::vector<ImageId> Adjuster::TakeAdjusted() { return std::exchange(adjusted_, {}); }
 
 int Adjuster::AdjustLocally(ImageId new_image) {
-  const BundleRequest request = local_->SelectWindow(map_, new_image);
+  const BundleRequest request = SelectLocalWindow(map_, new_image, options_.local_ba_images);
   Bundle bundle = BuildBundle(map_, request);
   BundleOptions solve;
   solve.loss = Loss::kSoftL1;
@@ -34,41 +34,13 @@ int Adjuster::AdjustLocally(ImageId new_image) {
   const BundleSummary summary = SolveBundle(solve, &bundle);
   if (!summary.usable) return summary.num_free_poses;
   ApplyBundle(bundle, &map_);
-  if (local_->LeavesPointsOut()) AdjustPointsBeside(request);
   FilterBundle(bundle, &map_);
-  CompleteAround(new_image);
+  CompleteLocally(new_image, &map_);
+  // Observations added to long tracks were checked when they were added, so long tracks are not
+  // filtered here.
+  FilterPoints(WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
   adjusted_ = request.free;
   return summary.num_free_poses;
-}
-
-// Observations added to long tracks were checked when they were added, so long tracks are not
-// filtered here.
-void Adjuster::CompleteAround(ImageId new_image) {
-  CompleteLocally(new_image, &map_);
-  FilterPoints(WithoutLongTracks(map_, map_.ModifiedPoints()), &map_);
-}
-
-// Adjusts the points that the window left out, with constant poses.
-void Adjuster::AdjustPointsBeside(const BundleRequest& adjusted) {
-  const std::unordered_set<Point3DId> inside(adjusted.points.begin(), adjusted.points.end());
-  BundleRequest request;
-  for (const Point3DId id : PointsSeenBy(map_, adjusted.free)) {
-    if (inside.count(id) == 0) request.points.push_back(id);
-  }
-  if (request.points.empty()) return;
-  request.held = ObserversOf(map_, request.points);
-  BundleOptions solve;
-  solve.max_iterations = 3;
-  solve.function_tolerance = 1e-3;
-  AdjustAndFilter(request, solve);
-}
-
-bool Adjuster::AdjustAndFilter(const BundleRequest& request, const BundleOptions& options) {
-  Bundle bundle = BuildBundle(map_, request);
-  if (!SolveBundle(options, &bundle).usable) return false;
-  ApplyBundle(bundle, &map_);
-  FilterBundle(bundle, &map_);
-  return true;
 }
 
 void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
@@ -76,7 +48,11 @@ void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
   request.free = images;
   request.points = PointsSeenBy(map_, request.free);
   request.held = ObserversOf(map_, request.points);
-  if (AdjustAndFilter(request, GlobalBaOptions(false))) adjusted_ = request.free;
+  Bundle bundle = BuildBundle(map_, request);
+  if (!SolveBundle(GlobalBaOptions(false), &bundle).usable) return;
+  ApplyBundle(bundle, &map_);
+  FilterBundle(bundle, &map_);
+  adjusted_ = request.free;
 }
 
 // With outliers the solver converges slowly. Outliers are filtered between the rounds, so a later

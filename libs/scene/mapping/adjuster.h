@@ -7,7 +7,6 @@
 
 #include "bundle/bundle.h"
 #include "map/bundle_builder.h"
-#include "mapping/local_adjustment.h"
 #include "mapping/model_check.h"
 #include "mapping/submap_options.h"
 
@@ -27,9 +26,8 @@ struct GlobalBaCost {
 // filtering, retriangulation.
 class Adjuster {
  public:
-  // `options` and `map` must outlive this.
-  Adjuster(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local, SceneMap* map)
-      : options_(options), local_(std::move(local)), map_(*map) {}
+  // Both must outlive this.
+  Adjuster(const SubmapOptions& options, SceneMap* map) : options_(options), map_(*map) {}
 
   // After a photo was registered. Returns the number of free images.
   int AdjustLocally(ImageId new_image);
@@ -78,18 +76,12 @@ class Adjuster {
   };
   const Size& size_at_global() const { return size_at_global_; }
   void set_size_at_global(const Size& size) { size_at_global_ = size; }
-  const std::shared_ptr<LocalAdjustment>& local() const { return local_; }
 
  private:
-  void AdjustPointsBeside(const BundleRequest& adjusted);
-  // False, and nothing has changed, if the solver failed.
-  bool AdjustAndFilter(const BundleRequest& request, const BundleOptions& options);
-  void CompleteAround(ImageId new_image);
   void AdjustUntilStable(int max_rounds, double max_change, bool converge);
   double RunGlobalBa(bool converge);
 
   const SubmapOptions& options_;
-  const std::shared_ptr<LocalAdjustment> local_;
   SceneMap& map_;
   Size size_at_global_;
   std::vector<ImageId> adjusted_;

@@ -17,7 +17,7 @@ void BackgroundBa::Start(Bundle bundle, const BundleOptions& options) {
   if (IsRunning()) throw std::logic_error("a background bundle adjustment is running");
   cancel_ = done_ = false;
   error_ = nullptr;
-  bundles_.before = std::move(bundle);
+  refined_.bundle = std::move(bundle);
   BundleOptions cancellable = options;
   cancellable.cancel = &cancel_;
   thread_ = std::thread([this, cancellable] {
@@ -33,10 +33,9 @@ void BackgroundBa::Start(Bundle bundle, const BundleOptions& options) {
 
 void BackgroundBa::Solve(const BundleOptions& options) {
   const Timer timer;
-  bundles_.after = bundles_.before;
-  summary_ = SolveBundle(options, &bundles_.after);
-  bundles_.seconds = timer.ElapsedS();
-  if (summary_.usable && !cancel_) bundles_.shape = CheckShape(bundles_.after);
+  summary_ = SolveBundle(options, &refined_.bundle);
+  refined_.seconds = timer.ElapsedS();
+  if (summary_.usable && !cancel_) refined_.shape = CheckShape(refined_.bundle);
 }
 
 std::optional<RefinedBundle> BackgroundBa::TakeIfDone() {
@@ -44,8 +43,8 @@ std::optional<RefinedBundle> BackgroundBa::TakeIfDone() {
   thread_.join();
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
   if (!summary_.usable) return std::nullopt;
-  bundles_.factor = std::move(summary_.factor);
-  return std::move(bundles_);
+  refined_.factor = std::move(summary_.factor);
+  return std::move(refined_);
 }
 
 void BackgroundBa::Cancel() {

@@ -13,11 +13,10 @@ namespace skein {
 
 // A bundle that was refined while the map went on.
 struct RefinedBundle {
-  Bundle before;
-  Bundle after;
+  Bundle bundle;
   std::shared_ptr<const BundleFactor> factor;
   double seconds = 0;  // wall time
-  ShapeCheck shape;    // of `after`
+  ShapeCheck shape;    // of the bundle
 };
 
 // Solves one bundle at a time in a thread of its own, at low priority. Used by one thread.
@@ -43,7 +42,7 @@ class BackgroundBa {
   std::thread thread_;
   std::atomic<bool> cancel_{false};
   std::atomic<bool> done_{false};
-  RefinedBundle bundles_;
+  RefinedBundle refined_;
   BundleSummary summary_;
   std::exception_ptr error_;
 };

@@ -13,18 +13,6 @@ constexpr char kStateFile[] = "state.bin";
 constexpr uint32_t kIdentifier = 0x4E534B53;  // "SKSN"
 constexpr uint32_t kVersion = 3;
 
-void PutTrials(const std::map<ImageId, TrialRecord>& trials, ByteWriter* writer) {
-  writer->Put<uint64_t>(trials.size());
-  for (const auto& [id, trial] : trials) {
-    writer->Put<uint32_t>(id);
-    writer->Put<int32_t>(trial.last_visible);
-    writer->Put<int32_t>(trial.num_withdrawals);
-    writer->Put<uint8_t>(trial.deferred);
-    writer->Put<uint8_t>(trial.rejected);
-    writer->Put<uint8_t>(trial.of_similar_place);
-  }
-}
-
 Bytes EncodeState(const SubmapState& state) {
   ByteWriter writer;
   writer.Put(kIdentifier);
@@ -36,7 +24,15 @@ Bytes EncodeState(const SubmapState& state) {
     writer.Put<uint32_t>(id);
     writer.Put<uint8_t>(is_refined);
   }
-  PutTrials(state.trials, &writer);
+  writer.Put<uint64_t>(state.trials.size());
+  for (const auto& [id, trial] : state.trials) {
+    writer.Put<uint32_t>(id);
+    writer.Put<int32_t>(trial.last_visible);
+    writer.Put<int32_t>(trial.num_withdrawals);
+    writer.Put<uint8_t>(trial.deferred);
+    writer.Put<uint8_t>(trial.rejected);
+    writer.Put<uint8_t>(trial.of_similar_place);
+  }
   writer.Put(state.size_at_global.num_images);
   writer.Put(state.size_at_global.num_points);
   writer.Put(state.first);

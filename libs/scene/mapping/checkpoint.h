@@ -9,7 +9,7 @@
 
 namespace skein {
 
-// A submap as a model archive: COLMAP's three files, and state.bin with the rest (submap_state.h).
+// A submap as a model archive: COLMAP's three files, and state.bin with the rest (SubmapState).
 // Any reader of COLMAP models takes the three files.
 ModelArchive SaveSubmap(Submap* submap);
 

@@ -6,7 +6,6 @@
 #include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
-#include "mapping/similar_pairs.h"
 #include "sfm/pose.h"
 #include "sfm/reprojection.h"
 
@@ -74,7 +73,7 @@ bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& ph
       if (votes.contradict > votes.agree) pairs.emplace_back(id, other);
     }
   }
-  return AreOfSimilarStructures(map_, pairs, options_.min_cells);
+  return AreOfSimilarStructures(map_, pairs);
 }
 
 std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {
@@ -101,7 +100,7 @@ std::vector<ImageId> Consistency::FindPhotosWithTooManyMissingCells() const {
     const Image& image = map_.reconstruction().Image(id);
     const CellVotes votes = CompareWithNeighbours(
         map_, id, map_.reconstruction().Camera(image.CameraId()), image.ProjectionMatrix());
-    if (HasTooManyMissingCells(votes, options_.min_cells)) ids.push_back(id);
+    if (HasTooManyMissingCells(votes)) ids.push_back(id);
   }
   return ids;
 }

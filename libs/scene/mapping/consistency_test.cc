@@ -29,7 +29,7 @@ struct TwoGroups {
     RegisterAtTruth(scene, Range(1, 12), Eigen::Vector3d::Zero(), &map);
     RegisterAtTruth(scene, Range(13, 20), Eigen::Vector3d(30, 0, 0), &map);
     const SubmapOptions options;
-    const WaitingPhotos waiting(options, map);
+    const WaitingPhotos waiting(map);
     contradicted = FindMisplaced(map);
     found = Consistency(options, map, waiting).FindMisplacedPhotos(1);
     matches_to_win = CountMatches(options, map, waiting).to_win;

@@ -20,21 +20,20 @@ struct LocalSimilarity {
 
 class Folder {
  public:
-  Folder(const RefinedBundle& bundles, SceneMap* map) : bundles_(bundles), map_(*map) {}
+  Folder(const Bundle& refined, SceneMap* map) : refined_(refined), map_(*map) {}
 
   std::vector<ImageId> Run() {
     FindDepthRatios();
-    for (const BundlePose& pose : bundles_.after.poses) {
+    for (const BundlePose& pose : refined_.poses) {
       if (!pose.constant && map_.IsRegistered(pose.image_id)) FindSimilarity(pose);
     }
     AttachNewImages();
-    const Bundle& after = bundles_.after;
-    for (const BundlePoint& point : after.points) in_bundle_[point.point3D_id] = true;
+    for (const BundlePoint& point : refined_.points) in_bundle_[point.point3D_id] = true;
     for (const auto& [id, point] : map_.reconstruction().Points3D()) {
       if (in_bundle_.count(id) == 0) new_points_.push_back(id);
     }
     MoveNew();
-    ApplyBundle(after, &map_);
+    ApplyBundle(refined_, &map_);
     return new_images_;
   }
 
@@ -42,18 +41,18 @@ class Folder {
   // For each image of the bundle the change of its points' depths from the map to the refinement.
   void FindDepthRatios() {
     std::unordered_map<int, BundlePose> now;
-    for (size_t i = 0; i < bundles_.after.poses.size(); ++i) {
-      const ImageId id = bundles_.after.poses[i].image_id;
+    for (size_t i = 0; i < refined_.poses.size(); ++i) {
+      const ImageId id = refined_.poses[i].image_id;
       if (map_.IsRegistered(id)) GetPose(map_.reconstruction().Image(id), &now[i]);
     }
-    for (const BundlePoint& point : bundles_.after.points) {
+    for (const BundlePoint& point : refined_.points) {
       if (!map_.reconstruction().ExistsPoint3D(point.point3D_id)) continue;
       const Eigen::Vector3d& xyz = map_.reconstruction().Point3D(point.point3D_id).XYZ();
       for (int i = point.first; i < point.first + point.count; ++i) {
-        const int pose = bundles_.after.observations[i].pose;
+        const int pose = refined_.observations[i].pose;
         const auto it = now.find(pose);
         if (it == now.end()) continue;
-        const BundlePose& refined = bundles_.after.poses[pose];
+        const BundlePose& refined = refined_.poses[pose];
         const double depth = it->second.R.row(2).dot(xyz) + it->second.t.z();
         const double depth_after = refined.R.row(2).dot(point.xyz) + refined.t.z();
         if (depth > 0 && depth_after > 0) ratios_[refined.image_id].push_back(depth_after / depth);
@@ -124,7 +123,7 @@ class Folder {
     }
   }
 
-  const RefinedBundle& bundles_;
+  const Bundle& refined_;
   SceneMap& map_;
   std::unordered_map<ImageId, std::vector<double>> ratios_;
   std::unordered_map<ImageId, LocalSimilarity> similarities_;
@@ -135,8 +134,8 @@ class Folder {
 
 }  // namespace
 
-std::vector<ImageId> FoldBack(const RefinedBundle& bundles, SceneMap* map) {
-  return Folder(bundles, map).Run();
+std::vector<ImageId> FoldBack(const Bundle& refined, SceneMap* map) {
+  return Folder(refined, map).Run();
 }
 
 }  // namespace skein

@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "bundle/bundle.h"
 #include "map/scene_map.h"
-#include "mapping/background_ba.h"
 
 namespace skein {
 
@@ -15,6 +15,6 @@ namespace skein {
 // Following applies the anchor's local similarity. Its scale is the median change of the depths of
 // the anchor's points. Photos and points that are gone are skipped. Returns the new photos, for a
 // bundle adjustment of their own. Visits all points once, without projecting them.
-std::vector<ImageId> FoldBack(const RefinedBundle& bundles, SceneMap* map);
+std::vector<ImageId> FoldBack(const Bundle& refined, SceneMap* map);
 
 }  // namespace skein

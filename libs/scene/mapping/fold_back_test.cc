@@ -13,12 +13,11 @@ TEST(FoldBack, APhotoThatIsConstantInTheBundleFollowsItsAnchor) {
   SceneMap map;
   AddToMap(scene, scene.pairs, &map);
   RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
-  RefinedBundle refined;
-  refined.after = BuildGlobalBundle(map, false);
+  Bundle refined = BuildGlobalBundle(map, false);
   const Eigen::Vector3d shift(0.3, 0, 0);
-  for (BundlePose& pose : refined.after.poses) pose.t -= pose.R * shift;
-  for (BundlePoint& point : refined.after.points) point.xyz += shift;
-  BundlePose& former = refined.after.poses.back();
+  for (BundlePose& pose : refined.poses) pose.t -= pose.R * shift;
+  for (BundlePoint& point : refined.points) point.xyz += shift;
+  BundlePose& former = refined.poses.back();
   const ImageId id = former.image_id;
   const Eigen::Vector3d before = map.reconstruction().Image(id).ProjectionCenter();
   former.t.x() += 5;

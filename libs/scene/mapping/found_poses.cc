@@ -4,31 +4,27 @@
 
 namespace skein {
 
-FoundPoses::Basis::Basis(const SceneMap& map, ImageId id, const VisiblePoints& visible,
-                         const TrialContext& context)
-    : num_images(map.reconstruction().NumRegImages()),
-      num_points(map.reconstruction().NumPoints3D()),
-      matches_similar_place(context.matches_similar_place),
-      needs_min_cells(context.needs_min_cells),
-      point2D_idxs(visible.point2D_idxs),
-      xyz(visible.xyz) {
-  const CameraId camera = map.reconstruction().Image(id).CameraId();
-  num_of_camera = map.camera_state(camera).num_registered;
-  is_camera_refined = map.camera_state(camera).refined;
-  camera_params = map.reconstruction().Camera(camera).Params();
+FoundPoses::Basis FoundPoses::BasisOf(const SceneMap& map, ImageId id, const VisiblePoints& visible,
+                                      const TrialContext& context) {
+  const Reconstruction& model = map.reconstruction();
+  const CameraId camera = model.Image(id).CameraId();
+  const CameraState& state = map.camera_state(camera);
+  return {model.NumRegImages(),    model.NumPoints3D(),           state.num_registered,
+          state.refined,           model.Camera(camera).Params(), context.matches_similar_place,
+          context.needs_min_cells, visible.point2D_idxs,          visible.xyz};
 }
 
 void FoundPoses::BeginNext() { before_ = std::exchange(now_, {}); }
 
 const PoseEstimate* FoundPoses::Find(ImageId id, const Basis& basis) const {
   const auto found = before_.find(id);
-  const bool is_same = found != before_.end() && found->second.basis.Values() == basis.Values();
+  const bool is_same = found != before_.end() && found->second.basis == basis;
   return is_same ? &found->second.estimate : nullptr;
 }
 
 PoseEstimate FoundPoses::Estimate(const SceneMap& map, ImageId id, const VisiblePoints& visible,
                                   const TrialContext& context) {
-  Basis basis(map, id, visible, context);
+  Basis basis = BasisOf(map, id, visible, context);
   const PoseEstimate* known = Find(id, basis);
   Found found{std::move(basis), known ? *known : EstimatePose(map, id, visible, context)};
   return now_.insert_or_assign(id, std::move(found)).first->second.estimate;
@@ -37,7 +33,7 @@ PoseEstimate FoundPoses::Estimate(const SceneMap& map, ImageId id, const Visible
 bool FoundPoses::Knows(const SceneMap& map, ImageId id, const VisiblePoints& visible,
                        const TrialContext& context) const {
   if (before_.count(id) == 0) return false;
-  const PoseEstimate* known = Find(id, Basis(map, id, visible, context));
+  const PoseEstimate* known = Find(id, BasisOf(map, id, visible, context));
   return known != nullptr && known->ok;
 }
 

@@ -24,28 +24,20 @@ class FoundPoses {
              const TrialContext& context) const;
 
  private:
-  // The input of EstimatePose, as far as it can change. Bundle adjustment moves the visible points.
-  struct Basis {
-    Basis(const SceneMap& map, ImageId id, const VisiblePoints& visible,
-          const TrialContext& context);
-    auto Values() const {
-      return std::tie(num_images, num_points, num_of_camera, is_camera_refined, camera_params,
-                      matches_similar_place, needs_min_cells, point2D_idxs, xyz);
-    }
-
-    size_t num_images, num_points;  // of the map
-    int num_of_camera;              // registered photos
-    bool is_camera_refined;
-    std::vector<double> camera_params;
-    bool matches_similar_place, needs_min_cells;
-    std::vector<Point2DIdx> point2D_idxs;  // of the visible points
-    std::vector<Eigen::Vector3d> xyz;
-  };
+  // The input of EstimatePose, as far as it can change:
+  //   map        numbers of images and points
+  //   camera     registered photos, whether it is refined, parameters
+  //   context    both flags
+  //   visible    keypoints and positions of the points, which bundle adjustment moves
+  using Basis = std::tuple<size_t, size_t, int, bool, std::vector<double>, bool, bool,
+                           std::vector<Point2DIdx>, std::vector<Eigen::Vector3d>>;
   struct Found {
     Basis basis;
     PoseEstimate estimate;
   };
 
+  static Basis BasisOf(const SceneMap& map, ImageId id, const VisiblePoints& visible,
+                       const TrialContext& context);
   // Null if nothing is known, or if it rests on something else.
   const PoseEstimate* Find(ImageId id, const Basis& basis) const;
 

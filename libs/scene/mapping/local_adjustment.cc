@@ -2,9 +2,13 @@
 
 #include <algorithm>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 namespace skein {
+namespace {
 
+// How many of the points each registered image sees, most first, then by id.
 std::vector<std::pair<ImageId, int>> RankObservers(const SceneMap& map,
                                                    const std::vector<Point3DId>& points) {
   std::unordered_map<ImageId, int> counts;
@@ -20,13 +24,15 @@ std::vector<std::pair<ImageId, int>> RankObservers(const SceneMap& map,
   return ranked;
 }
 
-BundleRequest ColmapWindow::SelectWindow(const SceneMap& map, ImageId new_image) const {
+}  // namespace
+
+BundleRequest SelectLocalWindow(const SceneMap& map, ImageId new_image, int num_images) {
   BundleRequest request;
   request.free.push_back(new_image);
   const std::vector<Point3DId> of_new = PointsSeenBy(map, {new_image});
   std::vector<ImageId> window;
   for (const auto& [id, count] : RankObservers(map, of_new)) {
-    if (static_cast<int>(window.size()) + 1 >= num_images_) break;
+    if (static_cast<int>(window.size()) + 1 >= num_images) break;
     if (id != new_image) window.push_back(id);
   }
   const size_t num_held = std::min<size_t>(2, window.size());

@@ -9,13 +9,13 @@
 
 namespace skein::local_adjustment_test {
 
-TEST(ColmapWindow, TakesTheImagesWithMostPointsInCommon) {
+TEST(LocalWindow, TakesTheImagesWithMostPointsInCommon) {
   SyntheticOptions scene_options;
   scene_options.num_photos = 16;
   const SyntheticScene scene = MakeScene(scene_options);
   SceneMap map;
   FillMap(scene, &map);
-  const BundleRequest request = ColmapWindow(6).SelectWindow(map, 16);
+  const BundleRequest request = SelectLocalWindow(map, 16, 6);
   ASSERT_EQ(request.free.size(), 4u);
   ASSERT_EQ(request.held.size(), 2u);
   EXPECT_TRUE(request.hold_open_points);
@@ -36,11 +36,11 @@ TEST(ColmapWindow, TakesTheImagesWithMostPointsInCommon) {
 }
 
 // One that takes in the whole map leaves two photos where they are, for the gauge.
-TEST(ColmapWindow, HoldsTwoImagesOfASmallMap) {
+TEST(LocalWindow, HoldsTwoImagesOfASmallMap) {
   const SyntheticScene scene = MakeScene({});
   SceneMap map;
   FillMap(scene, &map);
-  const BundleRequest request = ColmapWindow().SelectWindow(map, 8);
+  const BundleRequest request = SelectLocalWindow(map, 8, 30);
   EXPECT_EQ(request.free.size(), 6u);
   EXPECT_EQ(request.held.size(), 2u);
 }

@@ -95,10 +95,10 @@ void Maintenance::Drop() {
 // The photos that came while the bundle was refined get a bundle adjustment of their own. The
 // refined pose of one that was withdrawn meanwhile is of a place where it was not left.
 void Maintenance::FoldBackRefined(RefinedBundle* refined) {
-  for (BundlePose& pose : refined->after.poses) {
+  for (BundlePose& pose : refined->bundle.poses) {
     if (withdrawn_.count(pose.image_id) > 0) pose.constant = true;
   }
-  const std::vector<ImageId> new_images = FoldBack(*refined, &map_);
+  const std::vector<ImageId> new_images = FoldBack(refined->bundle, &map_);
   adjuster_.MarkCamerasRefined();
   adjuster_.NoteGlobalBa(refined->factor, refined->seconds);
   adjuster_.NoteShape(refined->shape);

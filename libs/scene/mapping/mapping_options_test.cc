@@ -16,8 +16,7 @@ TEST(InitialPairOptions, RefusesWhatMakesNoSense) {
 TEST(SubmapOptions, RefusesWhatMakesNoSense) {
   ExpectChecked<SubmapOptions>({
       {"camera_model", [](auto* o) { o->camera_model = "FISHY"; }},
-      {"min_cells", [](auto* o) { o->min_cells = 0; }},
-      {"make_local", [](auto* o) { o->make_local = nullptr; }},
+      {"local_ba_images", [](auto* o) { o->local_ba_images = 2; }},
       {"max_images_all_global", [](auto* o) { o->max_images_all_global = -1; }},
       {"global_growth", [](auto* o) { o->global_growth = 1; }},
       {"min_rebuild_gain", [](auto* o) { o->min_rebuild_gain = -1; }},

@@ -3,6 +3,8 @@
 #include <set>
 
 #include "core/limits.h"
+#include "disambiguation/similar_structures.h"
+#include "mapping/registration.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
@@ -72,6 +74,16 @@ bool IsTorn(const Votes& common_points) {
   constexpr int kMinMatches = 30;
   return common_points.Sum() >= kMinMatches &&
          10 * common_points.contradict > 3 * common_points.agree;
+}
+
+bool AreOfSimilarStructures(const SceneMap& map,
+                            const std::vector<std::pair<ImageId, ImageId>>& pairs) {
+  CellVotes votes;
+  for (const auto& [id, other] : pairs) {
+    const auto pose = EstimatePoseByPair(map, id, other);
+    if (pose) votes.Add(CompareWithPhoto(map, id, *pose, other));
+  }
+  return ShowsAnotherPlace(votes);
 }
 
 std::vector<ImageId> FindMisplaced(const SceneMap& map) {

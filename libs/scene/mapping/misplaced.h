@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "disambiguation/photo_groups.h"
@@ -30,6 +31,13 @@ Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2);
 // photos have points of their own for what both parts see, and still reproject well. In good maps
 // one match in 4 to 12 is so, of all pairs alike.
 bool IsTorn(const Votes& common_points);
+
+// Whether these verified pairs of registered photos together are of similar structures, as of two
+// gables of one house: they contradict a map that is right. The first photo of each pair is placed
+// at the pose by its matches with the second photo, and the two are compared
+// (disambiguation/similar_structures.h). Costs a pose estimation a pair.
+bool AreOfSimilarStructures(const SceneMap& map,
+                            const std::vector<std::pair<ImageId, ImageId>>& pairs);
 
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
 // photo to a wrong spot by a few matches that agree, and then all that grows from it. Once the

@@ -7,7 +7,6 @@
 #include "core/limits.h"
 #include "mapping/global_map.h"
 #include "mapping/misplaced.h"
-#include "mapping/similar_pairs.h"
 #include "mapping/supported_photos.h"
 
 namespace skein {
@@ -21,7 +20,7 @@ std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap) {
   options.background = false;
   std::unique_ptr<SceneMap> map = submap.map().Clone();
   ClearButIntrinsics(map.get());
-  auto anew = std::make_unique<Submap>(options, submap.local_adjustment(), std::move(map));
+  auto anew = std::make_unique<Submap>(options, std::move(map));
   if (!submap.is_maintained()) anew->LeaveOutMaintenance();
   for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
   return anew;
@@ -95,7 +94,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
       ++agreement.num_left_out;
     }
   }
-  if (!torn.empty() && !AreOfSimilarStructures(map, torn, options.min_cells)) {
+  if (!torn.empty() && !AreOfSimilarStructures(map, torn)) {
     agreement.to_win += to_win_of_torn;
   }
   return agreement;

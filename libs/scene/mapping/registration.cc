@@ -150,12 +150,6 @@ bool FindFocalLength(double max_error_px, const VisiblePoints& visible, Camera* 
   return true;
 }
 
-bool EstimateWithRansac(double max_error_px, bool estimate_focal, const VisiblePoints& visible,
-                        Camera* camera, PoseEstimate* estimate) {
-  if (estimate_focal && !FindFocalLength(max_error_px, visible, camera)) return false;
-  return RunRansac(LimitsOf(max_error_px), visible, *camera, estimate);
-}
-
 // Refines pose (and camera) on the inliers; counts them again at the refined pose.
 bool Refine(const SceneMap& map, bool refine_camera, const VisiblePoints& visible, Camera* camera,
             PoseEstimate* estimate) {
@@ -206,8 +200,8 @@ Candidate BestAtAnyLimit(const SceneMap& map, const CameraUse& use, const Visibl
   Candidate best = none;
   for (const double limit_px : kRansacLimitsPx) {
     Candidate candidate = none;
-    if (!EstimateWithRansac(limit_px, use.estimate_focal, visible, &candidate.camera,
-                            &candidate.estimate) ||
+    if ((use.estimate_focal && !FindFocalLength(limit_px, visible, &candidate.camera)) ||
+        !RunRansac(LimitsOf(limit_px), visible, candidate.camera, &candidate.estimate) ||
         candidate.estimate.num_inliers < limits::kMinPoseInliers ||
         !Refine(map, use.refine, visible, &candidate.camera, &candidate.estimate)) {
       continue;
@@ -399,13 +393,13 @@ PoseEstimate EstimatePose(const SceneMap& map, ImageId image_id, const VisiblePo
   }
   const CellVotes votes = CompareWithNeighbours(
       map, image_id, camera, ComposeProjectionMatrix(estimate.pose.R, estimate.pose.t));
-  estimate.has_too_many_missing_cells = HasTooManyMissingCells(votes, context.min_cells);
+  estimate.has_too_many_missing_cells = HasTooManyMissingCells(votes);
   if (estimate.has_too_many_missing_cells && context.matches_similar_place) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "another, visually similar place: " + std::to_string(votes.num_missing) + " of " +
                       std::to_string(votes.num_cells()) + " cells that it should show are missing");
   }
-  if (context.needs_min_cells && votes.num_cells() < context.min_cells) {
+  if (context.needs_min_cells && votes.num_cells() < kMinCells) {
     return Refuse(estimate, Refusal::Cause::kSimilarPlace,
                   "perhaps of another, visually similar place: too few cells to tell");
   }

@@ -12,7 +12,6 @@
 #include "map/scene_map.h"
 #include "mapping/pose_sigmas.h"
 #include "mapping/refusal.h"
-#include "mapping/trial_context.h"
 
 namespace skein {
 
@@ -31,6 +30,14 @@ struct VisiblePoints {
 
 // Through the verified matches with registered photos, each (keypoint, point) once.
 VisiblePoints FindVisiblePoints(const SceneMap& map, ImageId image_id);
+
+// Earlier findings on a photo that decide how strictly its pose is judged.
+struct TrialContext {
+  // The photo, or one that it matches, was found to show a visually similar place: it is judged by
+  // missing cells, too.
+  bool matches_similar_place = false;
+  bool needs_min_cells = false;  // at least kMinCells must count
+};
 
 struct PoseEstimate {
   bool ok = false;

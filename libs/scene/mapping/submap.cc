@@ -5,7 +5,6 @@
 
 #include "core/clock.h"
 #include "core/log.h"
-#include "disambiguation/divided_photos.h"
 #include "disambiguation/similar_structures.h"
 #include "map/filters.h"
 #include "map/image_pose.h"
@@ -47,14 +46,13 @@ std::string ToString(const GlobalBaCost& cost) {
 }  // namespace
 
 Submap::Submap(const SubmapOptions& options)
-    : Submap(options, options.make_local(), std::make_unique<SceneMap>(options.camera_model)) {}
+    : Submap(options, std::make_unique<SceneMap>(options.camera_model)) {}
 
-Submap::Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local,
-               std::unique_ptr<SceneMap> map)
+Submap::Submap(const SubmapOptions& options, std::unique_ptr<SceneMap> map)
     : options_(options),
       map_(std::move(map)),
-      waiting_(options_, *map_),
-      adjuster_(options_, std::move(local), map_.get()),
+      waiting_(*map_),
+      adjuster_(options_, map_.get()),
       consistency_(options_, *map_, waiting_),
       maintenance_(options_, &adjuster_, map_.get()) {}
 
@@ -66,11 +64,6 @@ Status Submap::AddPairs(int64_t image_id, const TwoViewPairs& pairs) {
 void Submap::SetHeldElsewhere(int64_t image_id, bool held) {
   settled_.all_tried = settled_.consistent = false;
   waiting_.SetHeldElsewhere(image_id, held);
-}
-
-void Submap::AddSimilar(int64_t image_id,
-                        const std::vector<std::pair<uint32_t, double>>& distances) {
-  adjuster_.local()->AddSimilar(static_cast<ImageId>(image_id), distances);
 }
 
 InitialPairResult Submap::Start(const InitialPairOptions& options, int64_t image_id1,
@@ -166,28 +159,21 @@ void Submap::Defer(const PhotoTrial& trial, const Refusal& refusal, const EventS
 
 void Submap::Keep(const PhotoTrial& trial, const EventSink& sink) {
   settled_ = {};
-  const Adjustment adjustment = AdjustAfter(trial.id());
+  const double start_s = MonotonicS(), cpu_start_s = ThreadCpuS();
+  const int num_images = AdjustNewImage(trial.id());
+  map_->ForgetModifiedPoints();
+  const double ba_s = MonotonicS() - start_s, ba_cpu_s = ThreadCpuS() - cpu_start_s;
   waiting_.OnRegistered(trial.id());
   const std::vector<ImageId> adjusted = adjuster_.TakeAdjusted();
   PhotoEvent event = RegisteredEvent(trial.id(), trial.estimate());
   event.register_s = trial.register_s();
   event.triangulate_s = trial.triangulate_s();
-  event.ba_s = adjustment.seconds;
-  event.ba_cpu_s = adjustment.cpu_s;
-  event.num_ba_images = adjustment.num_images;
+  event.ba_s = ba_s;
+  event.ba_cpu_s = ba_cpu_s;
+  event.num_ba_images = num_images;
   event.total_s = trial.total_s();
   sink(event);
   WithdrawWeak(adjusted, sink);
-}
-
-Submap::Adjustment Submap::AdjustAfter(ImageId new_image) {
-  const double start_s = MonotonicS(), cpu_start_s = ThreadCpuS();
-  Adjustment adjustment;
-  adjustment.num_images = AdjustNewImage(new_image);
-  map_->ForgetModifiedPoints();
-  adjustment.seconds = MonotonicS() - start_s;
-  adjustment.cpu_s = ThreadCpuS() - cpu_start_s;
-  return adjustment;
 }
 
 int Submap::AdjustNewImage(ImageId new_image) {
@@ -443,8 +429,8 @@ bool Submap::MixesPlaces(const SceneMap& anew,
   return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& theirs) {
     const DividedPhotos photos =
         DividePhotos(anew, ours, {theirs.begin(), theirs.end()}, anew.reconstruction());
-    const PlacesOfTwoSets places = ComparePlaces(anew, anew.reconstruction(), photos.of_first,
-                                                 photos.of_second, options_.min_cells);
+    const PlacesOfTwoSets places =
+        ComparePlaces(anew, anew.reconstruction(), photos.of_first, photos.of_second);
     if (places.differ) {
       LogInfo("batch: {} and {} photos show two places: {}", photos.of_first.size(),
               photos.of_second.size(), places.reason);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -18,7 +20,6 @@
 #include "mapping/photo_event.h"
 #include "mapping/photo_trial.h"
 #include "mapping/submap_options.h"
-#include "mapping/submap_state.h"
 #include "mapping/waiting_photos.h"
 
 namespace skein {
@@ -32,6 +33,15 @@ struct SubmapStatistics {
   double mean_reprojection_error_px = 0;
   double mean_track_length = 0;
   ModelCheck check;  // of the last background BA or finish
+};
+
+// State of a submap that a checkpoint holds besides its COLMAP model.
+struct SubmapState {
+  std::vector<int64_t> photos;  // registered or waiting, in the order they came
+  std::map<CameraId, bool> is_camera_refined;
+  std::map<ImageId, TrialRecord> trials;
+  Adjuster::Size size_at_global;
+  ImageId first = 0;  // of the initial pair
 };
 
 // One submap. Photos come with their matches one after the other; the submap registers those it
@@ -49,14 +59,11 @@ class Submap {
 
   explicit Submap(const SubmapOptions& options);
   // With photos and pairs that are there already, none registered.
-  Submap(const SubmapOptions& options, std::shared_ptr<LocalAdjustment> local,
-         std::unique_ptr<SceneMap> map);
+  Submap(const SubmapOptions& options, std::unique_ptr<SceneMap> map);
 
-  // Adds a photo, its pairs and its similar photos (with distances of global descriptors), in this
-  // order. A refusal leaves the submap unchanged.
+  // Adds a photo, then its pairs. A refusal leaves the submap unchanged.
   Status AddPhoto(const PhotoInput& photo) { return map_->AddPhoto(photo); }
   Status AddPairs(int64_t image_id, const TwoViewPairs& pairs);
-  void AddSimilar(int64_t image_id, const std::vector<std::pair<uint32_t, double>>& distances);
 
   // Starts the map from two photos that are there. On failure nothing is registered.
   InitialPairResult Start(const InitialPairOptions& options, int64_t image_id1, int64_t image_id2,
@@ -169,21 +176,13 @@ class Submap {
   const SceneMap& map() const { return *map_; }
   const SubmapOptions& options() const { return options_; }
   const WaitingPhotos& waiting() const { return waiting_; }
-  const std::shared_ptr<LocalAdjustment>& local_adjustment() const { return adjuster_.local(); }
 
  private:
-  struct Adjustment {
-    int num_images = 0;  // free ones
-    double seconds = 0;
-    double cpu_s = 0;  // of this thread
-  };
-
   // Registration of one photo.
   bool TryPhoto(ImageId id, const EventSink& sink);
   void NoteTried(const PhotoTrial& trial);
   void Defer(const PhotoTrial& trial, const Refusal& refusal, const EventSink& sink);
   void Keep(const PhotoTrial& trial, const EventSink& sink);
-  Adjustment AdjustAfter(ImageId new_image);
   int AdjustNewImage(ImageId new_image);
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
   void TryAllWaiting(const EventSink& sink);

@@ -15,8 +15,8 @@ Status CheckCameraModel(const std::string& name) {
 }  // namespace
 
 Status SubmapOptions::Check() const {
-  return FirstError({CheckCameraModel(camera_model), InRange("min_cells", min_cells, 1, 1'000'000),
-                     make_local ? Status::Ok() : InvalidArgument("make_local is empty: give one"),
+  return FirstError({CheckCameraModel(camera_model),
+                     InRange("local_ba_images", local_ba_images, 3, 1000),
                      InRange("max_images_all_global", max_images_all_global, 0, 1'000'000),
                      InRange("global_growth", global_growth, 1.001, 1000.0),
                      InRange("min_rebuild_gain", min_rebuild_gain, 0.0, 1.0),

@@ -5,7 +5,6 @@
 #include <string>
 
 #include "core/result.h"
-#include "mapping/local_adjustment.h"
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
 
@@ -13,8 +12,7 @@ namespace skein {
 
 struct SubmapOptions {
   std::string camera_model = "SIMPLE_RADIAL";
-  int min_cells = kMinCells;  // by which a place is told from a visually similar one
-  LocalAdjustmentMaker make_local = [] { return std::make_shared<ColmapWindow>(); };
+  int local_ba_images = 30;        // of a local BA, the new one included (local_adjustment.h)
   int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
   double global_growth = 1.1;      // growth of images or points that calls for a global BA
   // Part of the matches that agree with a map which the same photos, mapped again, must win for

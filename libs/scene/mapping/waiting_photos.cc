@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "mapping/registration.h"
-
 namespace skein {
 namespace {
 
@@ -126,11 +124,7 @@ void WaitingPhotos::ReplaceRecords(const std::map<ImageId, TrialRecord>& records
 }
 
 TrialContext WaitingPhotos::ContextOf(ImageId id) const {
-  TrialContext context;
-  context.matches_similar_place = MatchesSimilarPlace(id);
-  context.needs_min_cells = IsOfSimilarPlace(id);
-  context.min_cells = options_.min_cells;
-  return context;
+  return {MatchesSimilarPlace(id), IsOfSimilarPlace(id)};
 }
 
 }  // namespace skein

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "map/scene_map.h"
-#include "mapping/submap_options.h"
+#include "mapping/registration.h"
 
 namespace skein {
 
@@ -22,8 +22,8 @@ struct TrialRecord {
 // The photos that are not registered: what was tried with each, and which one is tried next.
 class WaitingPhotos {
  public:
-  // Both must outlive this.
-  WaitingPhotos(const SubmapOptions& options, const SceneMap& map) : options_(options), map_(map) {}
+  // `map` must outlive this.
+  explicit WaitingPhotos(const SceneMap& map) : map_(map) {}
 
   // Puts a photo that is there into the queue; ignored when it is registered, rejected or held
   // elsewhere.
@@ -77,7 +77,6 @@ class WaitingPhotos {
  private:
   int CountVisible(ImageId id) const;
 
-  const SubmapOptions& options_;
   const SceneMap& map_;
   std::map<ImageId, TrialRecord> records_;
   std::map<ImageId, int> queue_;  // with the number of points it sees

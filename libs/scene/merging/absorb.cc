@@ -8,6 +8,7 @@
 #include "core/option_check.h"
 #include "map/filters.h"
 #include "map/image_pose.h"
+#include "map/scene_map.h"
 #include "sfm/model_io.h"
 
 namespace skein {
@@ -16,18 +17,13 @@ namespace {
 // Of the points that both models see in one photo, those that fit together.
 constexpr double kMinFusedShare = 0.3;
 
-std::set<ImageId> Without(std::set<ImageId> images, const std::set<ImageId>& left_out) {
-  for (const ImageId id : left_out) images.erase(id);
-  return images;
-}
-
 // A model's observations in those of its photos that the merge adjusts and whose pose stayed.
 std::vector<Observation> ModelObservations(const Reconstruction& model,
                                            const std::set<ImageId>& seam,
                                            const std::set<ImageId>& left_out) {
   std::set<ImageId> images;
-  for (const ImageId id : Without(RegisteredIn(model), left_out)) {
-    if (seam.count(id)) images.insert(id);
+  for (const ImageId id : model.RegImageIds()) {
+    if (seam.count(id) > 0 && left_out.count(id) == 0) images.insert(id);
   }
   return images.empty() ? std::vector<Observation>() : ObservationsOf(model, images);
 }
@@ -119,12 +115,6 @@ Status Verify(const Reconstruction& target, const Reconstruction& source,
   return Status::Ok();
 }
 
-// Filters points that the adjustment left outside of the limits.
-void CleanUp(AbsorbResult* result) {
-  const std::set<Point3DId> points = PointsSeenBy(result->seam, result->merged);
-  FilterPoints({points.begin(), points.end()}, &result->merged);
-}
-
 AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstruction& source,
                                 const Similarity& target_from_source,
                                 const AbsorbOptions& options) {
@@ -134,7 +124,7 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
   result.status = result.fused.status;
   if (result.status.ok() && options.verify) result.status = CheckFused(result.fused, options);
   if (result.status.ok() && options.verify) {
-    result.status = CheckSharedPhotos(target, source, result.fused.agreeing, options.min_cells);
+    result.status = CheckSharedPhotos(target, source, result.fused.agreeing);
     result.shows_another_place = !result.status.ok();
   }
   if (!result.status.ok()) return result;
@@ -145,7 +135,10 @@ AbsorbResult AbsorbPossiblePart(const Reconstruction& target, const Reconstructi
   if (result.status.ok() && options.verify) {
     result.status = Verify(target, source, options, &result);
   }
-  if (result.status.ok()) CleanUp(&result);
+  if (result.status.ok()) {
+    FilterPoints(PointsSeenBy(result.merged, {result.seam.begin(), result.seam.end()}),
+                 &result.merged);
+  }
   return result;
 }
 
@@ -159,8 +152,7 @@ void AdaptToFewImages(int num_shared_images, Sim3Options* options) {
 }
 
 Status AbsorbOptions::Check() const {
-  return FirstError({sim3.Check(), InRange("min_cells", min_cells, 1, 1'000'000),
-                     InRange("min_shared_images", min_shared_images, 0, 1000),
+  return FirstError({sim3.Check(), InRange("min_shared_images", min_shared_images, 0, 1000),
                      InRange("intrinsics.min_images", intrinsics.min_images, 1, 1'000'000)});
 }
 

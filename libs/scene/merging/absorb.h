@@ -5,7 +5,7 @@
 #include <set>
 
 #include "core/result.h"
-#include "disambiguation/shared_photos.h"
+#include "disambiguation/similar_structures.h"
 #include "geometry/sim3_ransac.h"
 #include "merging/fuse.h"
 #include "merging/merge_checks.h"
@@ -16,7 +16,6 @@ namespace skein {
 
 struct AbsorbOptions {
   Sim3Options sim3;
-  int min_cells = kMinCells;  // as while mapping: SubmapOptions::min_cells
   int min_shared_images = 3;  // agreeing, before and after the adjustment
   SeamIntrinsics intrinsics;
   // False: for a merge that was verified before and is carried out again.

@@ -103,11 +103,7 @@ class Fuser {
     return num_points > 0 && num_inliers >= options_.min_inlier_ratio * num_points;
   }
 
-  double LimitPx(const Image& image) const {
-    SharedPhoto shared;
-    shared.target_camera = merged_.Camera(image.CameraId());
-    return MaxErrorPx(shared);
-  }
+  double LimitPx(const Image& image) const { return MaxErrorPx(merged_.Camera(image.CameraId())); }
 
   // With the intrinsics of the model that the photo's pose is from.
   const Camera& CameraOf(const Image& image) const {

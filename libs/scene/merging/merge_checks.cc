@@ -1,8 +1,8 @@
 #include "merging/merge_checks.h"
 
 #include <cmath>
-#include <cstdio>
 
+#include "core/log.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
@@ -13,12 +13,6 @@ constexpr double kMaxErrorGrowth = 1.25;    // of the mean error, as a factor ..
 constexpr double kMaxErrorGrowthPx = 0.25;  // ... plus this
 constexpr double kMaxLostShare = 0.1;       // of a model's good observations
 constexpr double kMaxBehindShare = 0.005;   // of a model's observations
-
-std::string Text(const char* format, double a, double b) {
-  char text[160];
-  std::snprintf(text, sizeof(text), format, a, b);
-  return text;
-}
 
 void MeasureOne(const Reconstruction& model, const Observation& observation, double max_error_px,
                 Residuals* residuals, double* sum_error_px) {
@@ -71,17 +65,19 @@ Status CompareResiduals(const Residuals& before, const Residuals& after) {
   const double behind_after = after.num_behind / (after.num_observations + 1e-9);
   if (behind_after > behind_before + kMaxBehindShare) {
     return FailedPrecondition(
-        Text("%.1f %% of the points fell behind their cameras (before: %.1f %%)",
-             100 * behind_after, 100 * behind_before));
+        fmt::format("{:.1f} % of the points fell behind their cameras (before: {:.1f} %)",
+                    100 * behind_after, 100 * behind_before));
   }
   if (after.GoodShare() < before.GoodShare() * (1 - kMaxLostShare)) {
-    return FailedPrecondition(Text("only %.1f %% of the observations fit (before: %.1f %%)",
-                                   100 * after.GoodShare(), 100 * before.GoodShare()));
+    return FailedPrecondition(
+        fmt::format("only {:.1f} % of the observations fit (before: {:.1f} %)",
+                    100 * after.GoodShare(), 100 * before.GoodShare()));
   }
   const double limit_px = before.mean_error_px * kMaxErrorGrowth + kMaxErrorGrowthPx;
   if (after.mean_error_px > limit_px) {
-    return FailedPrecondition(Text("the mean reprojection error grew to %.2f px (before: %.2f px)",
-                                   after.mean_error_px, before.mean_error_px));
+    return FailedPrecondition(
+        fmt::format("the mean reprojection error grew to {:.2f} px (before: {:.2f} px)",
+                    after.mean_error_px, before.mean_error_px));
   }
   return Status::Ok();
 }

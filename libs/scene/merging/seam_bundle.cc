@@ -7,6 +7,7 @@
 
 #include "map/bundle_assembly.h"
 #include "map/image_pose.h"
+#include "map/scene_map.h"
 
 namespace skein {
 namespace {
@@ -65,7 +66,8 @@ Bundle BuildSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& int
     return MakeCamera(model.Camera(id), MayRefineIntrinsics(id, free_images, intrinsics, model));
   });
   for (const ImageId id : free_images) assembly.AddPose(id, false);
-  const std::set<Point3DId> points = PointsSeenBy(free_images, model);
+  const std::vector<Point3DId> points =
+      PointsSeenBy(model, {free_images.begin(), free_images.end()});
   for (const Point3DId id : points) {
     for (const TrackElement& element : model.Point3D(id).Track().Elements()) {
       assembly.AddPose(element.image_id, true);
@@ -97,16 +99,6 @@ std::set<ImageId> SeamOf(const std::set<ImageId>& agreeing, const Reconstruction
   std::set<ImageId> seam = NeighboursOf(agreeing, max_neighbours, merged);
   seam.insert(agreeing.begin(), agreeing.end());
   return seam;
-}
-
-std::set<Point3DId> PointsSeenBy(const std::set<ImageId>& images, const Reconstruction& model) {
-  std::set<Point3DId> ids;
-  for (const ImageId id : images) {
-    for (const Point2D& point2D : model.Image(id).Points2D()) {
-      if (point2D.HasPoint3D()) ids.insert(point2D.Point3DId());
-    }
-  }
-  return ids;
 }
 
 BundleSummary AdjustSeam(const std::set<ImageId>& free_images, SeamIntrinsics intrinsics,

@@ -9,8 +9,6 @@
 
 namespace skein {
 
-std::set<Point3DId> PointsSeenBy(const std::set<ImageId>& images, const Reconstruction& model);
-
 constexpr int kMaxWholeImages = 150;    // of a model that is adjusted as a whole
 constexpr int kMaxSeamNeighbours = 60;  // of the shared images of a larger one
 

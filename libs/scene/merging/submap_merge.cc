@@ -6,7 +6,7 @@
 
 #include "core/clock.h"
 #include "core/log.h"
-#include "disambiguation/divided_photos.h"
+#include "disambiguation/similar_structures.h"
 #include "map/image_pose.h"
 #include "merging/fuse.h"
 #include "sfm/model_io.h"
@@ -22,7 +22,6 @@ AbsorbOptions OptionsFor(const MergeOrder& order, const Submap& submap) {
   AbsorbOptions options;
   options.sim3 = order.sim3;
   options.min_shared_images = order.min_shared_images;
-  options.min_cells = submap.options().min_cells;
   options.intrinsics.fixed = submap.map().FixedCameras();
   // The ledger says that it is done: the source is gone, and its photos must not be lost.
   options.verify = !order.was_done;
@@ -64,57 +63,44 @@ Status CheckOnePlace(const Submap& submap, const Reconstruction& source,
   const SceneMap& map = submap.map();
   const DividedPhotos divided =
       DividePhotos(map, RegisteredIn(map.reconstruction()), RegisteredIn(source), merged);
-  const PlacesOfTwoSets places =
-      ComparePlaces(map, merged, divided.of_first, divided.of_second, submap.options().min_cells);
+  const PlacesOfTwoSets places = ComparePlaces(map, merged, divided.of_first, divided.of_second);
   if (!places.differ) return Status::Ok();
   return FailedPrecondition("visually similar places: " + places.reason);
 }
 
-// Outcome of comparing the two.
-struct Comparison {
-  Status status;                     // why they stay apart
-  bool shows_another_place = false;  // visually similar places are why
-  Reconstruction merged;             // only if status is ok
-  std::set<ImageId> left_out;        // of it: they are to be tried again
-};
-
-Comparison Compare(const Reconstruction& source, const MergeOrder& order, const Submap& submap) {
-  Comparison comparison;
+AbsorbResult Compare(const Reconstruction& source, const MergeOrder& order, const Submap& submap) {
   const Reconstruction& target = submap.map().reconstruction();
   const std::optional<Similarity> similarity =
       FindSimilarity(order, SharedPhotosOf(source, target));
+  AbsorbResult result;
   if (!similarity) {
-    comparison.status = DataLoss("the merge was ordered with a similarity that is none");
-    return comparison;
+    result.status = DataLoss("the merge was ordered with a similarity that is none");
+    return result;
   }
-  AbsorbResult result = Absorb(target, source, *similarity, OptionsFor(order, submap));
-  comparison.status = std::move(result.status);
-  comparison.shows_another_place = result.shows_another_place;
-  if (!comparison.status.ok()) return comparison;
-  if (!order.was_done) comparison.status = CheckOnePlace(submap, source, result.merged);
-  comparison.shows_another_place = !comparison.status.ok();
-  comparison.merged = std::move(result.merged);
-  comparison.left_out = std::move(result.left_out);
-  return comparison;
+  result = Absorb(target, source, *similarity, OptionsFor(order, submap));
+  if (!result.status.ok()) return result;
+  if (!order.was_done) result.status = CheckOnePlace(submap, source, result.merged);
+  result.shows_another_place = !result.status.ok();
+  return result;
 }
 
 // The target with photos of the source as guests, and the source. The guests stay only in a merged
 // model.
-Comparison CompareWithGuests(const Reconstruction& source, const MergeOrder& order,
-                             Submap* submap) {
+AbsorbResult CompareWithGuests(const Reconstruction& source, const MergeOrder& order,
+                               Submap* submap) {
   const int num_guests = std::max(0, kComparedPhotos - CountShared(source, submap->map()));
   Timer timer;
   const auto guests = submap->PlaceGuests(submap->FindGuests(source, num_guests));
   const double guests_s = timer.ElapsedS();
   timer.Restart();
-  Comparison comparison = Compare(source, order, *submap);
+  AbsorbResult comparison = Compare(source, order, *submap);
   LogInfo("{} guests in {:.2f} s, compared and merged in {:.2f} s", guests->size(), guests_s,
           timer.ElapsedS());
   return comparison;
 }
 
 // The merged model takes the target's place.
-void TakeMerged(const Comparison& comparison, Submap* submap, Absorption* absorption) {
+void TakeMerged(const AbsorbResult& comparison, Submap* submap, Absorption* absorption) {
   const auto before =
       std::make_shared<const Reconstruction>(CopyRegistered(submap->map().reconstruction()));
   absorption->status = submap->ReplaceModel(comparison.merged);
@@ -131,7 +117,7 @@ void TakeMerged(const Comparison& comparison, Submap* submap, Absorption* absorp
 
 Absorption AbsorbIntoSubmap(const Reconstruction& source, const MergeOrder& order, Submap* submap) {
   Absorption absorption;
-  const Comparison comparison = CompareWithGuests(source, order, submap);
+  const AbsorbResult comparison = CompareWithGuests(source, order, submap);
   absorption.status = comparison.status;
   absorption.shows_another_place = comparison.shows_another_place;
   if (absorption.status.ok()) {

@@ -52,10 +52,6 @@ double MedianAngle(const Eigen::Vector3d& center2, const std::vector<Eigen::Vect
   return percentile(std::move(angles), 50);
 }
 
-bool IsByEssential(int config) {
-  return config == TwoViewGeometry::CALIBRATED || config == TwoViewGeometry::UNCALIBRATED;
-}
-
 bool IsByHomography(int config) {
   return config == TwoViewGeometry::PLANAR || config == TwoViewGeometry::PANORAMIC ||
          config == TwoViewGeometry::PLANAR_OR_PANORAMIC;
@@ -68,6 +64,10 @@ void DecideOnBaseline(TwoViewGeometry* geometry) {
 }
 
 }  // namespace
+
+bool IsByEssential(int config) {
+  return config == TwoViewGeometry::CALIBRATED || config == TwoViewGeometry::UNCALIBRATED;
+}
 
 bool EstimateRelativePose(const ImagePair& pair, TwoViewGeometry* geometry) {
   if (!IsByEssential(geometry->config) && !IsByHomography(geometry->config)) return false;

@@ -34,6 +34,9 @@ struct TwoViewGeometry {
   double tri_angle = 0;  // median triangulation angle in radians
 };
 
+// CALIBRATED or UNCALIBRATED. A plane's or a rotation's matches have many epipolar geometries.
+bool IsByEssential(int config);
+
 // Points are pixels of the two images, one a keypoint; matches index them.
 struct ImagePair {
   const Camera& camera1;
