@@ -287,6 +287,7 @@ wait_until 20 "the workers join" test -s "$workspace/joined"
 stop_services
 
 # The link is the role: a file that lay there for all to read does not get it.
+rm "$workspace/joined"
 (umask 022 && echo sent >"$workspace/joins/run/invitation")
 "$SKEIN_ROOT/scripts/launch.sh" --join "skein://127.0.0.1:$port/tcpq/0123456789abcdef/worker/name/code" --session "$workspace/joins" \
   --build "$workspace" --ready-file "$workspace/joined" >"$workspace/joins.out" 2>&1 &

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 
-#include "core/clock.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein::model_io_test {
@@ -143,16 +142,18 @@ TEST(DecodeModel, RefusesAKeypointTwiceInATrack) {
 }
 
 // With each element held against all before it, 200,000 took 49 s.
+// A comparison of all pairs of elements, 2e12, would not end before the test's limit.
 TEST(DecodeModel, ALongTrackTakesNoLongTime) {
-  constexpr Point2DIdx kNumElements = 200'000;
-  constexpr double kMostS = 15;
+  constexpr Point2DIdx kNumElements = 2'000'000;
+  Image image;
+  image.SetImageId(9);
+  image.SetCameraId(1);
+  image.SetPoints2D(std::vector<Eigen::Vector2d>(kNumElements, {1, 2}));
   Reconstruction model = MakeModel();
-  model.Image(1).SetPoints2D(std::vector<Eigen::Vector2d>(kNumElements, {1, 2}));
+  model.AddImage(image);
   Track track;
-  for (Point2DIdx i = 0; i < kNumElements; ++i) track.AddElement(1, i);
-  const double begin_s = MonotonicS();
+  for (Point2DIdx i = 0; i < kNumElements; ++i) track.AddElement(9, i);
   EXPECT_TRUE(CanBeAdded(model, track));
-  EXPECT_LT(MonotonicS() - begin_s, kMostS);
 }
 
 TEST(CopyRegistered, LeavesOutWhatIsNotRegistered) {
