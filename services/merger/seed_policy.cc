@@ -14,8 +14,11 @@
 namespace skein {
 namespace {
 
-constexpr int kMinInliersAtLast = 50;       // when finishing and nothing better is left
-constexpr double kMaxForwardMotion = 0.95;  // COLMAP's init_max_forward_motion
+constexpr int kMinInliersAtLast = 50;  // when finishing and nothing better is left
+// COLMAP's init_max_forward_motion. Pairs beyond it begin a map where all limits are relaxed: of a
+// walk that looks ahead, or of a drone that rises, there is no other pair.
+constexpr double kMaxForwardMotion = 0.95;
+constexpr double kAnyMotion = 1.0;
 // A relaxation of limits::kInitialAnglesDeg applies after so many quiet seconds. All apply when the
 // session finishes.
 constexpr std::array<double, limits::kInitialAnglesDeg.size() - 1> kRelaxQuietS = {3, 6, 9};
@@ -123,6 +126,7 @@ void SeedPolicy::OnRefused(int64_t image_id1, int64_t image_id2) {
 
 std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orphans,
                                                double min_angle_rad, int min_inliers,
+                                               double max_forward_motion,
                                                const SubmapDirectory& directory) const {
   const std::set<int64_t> is_orphan(orphans.begin(), orphans.end());
   const SessionState& session = directory.session();
@@ -133,7 +137,7 @@ std::optional<SeedChoice> SeedPolicy::BestPair(const std::vector<int64_t>& orpha
     if (refused_.count(std::minmax(image_id, pair.other_id))) return;
     const double angle_rad = pair.tri_angle_rad;
     if (pair.num_inliers < min_inliers || angle_rad < min_angle_rad ||
-        pair.forward_motion > kMaxForwardMotion) {
+        pair.forward_motion > max_forward_motion) {
       return;
     }
     if (best && pair.num_inliers * angle_rad <= best->num_inliers * best->tri_angle_rad) return;
@@ -153,15 +157,20 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
   const size_t last_step = RelaxationOf(situation);
   for (size_t step = 0; step <= last_step; ++step) {
     const double min_angle_rad = DegToRad(limits::kInitialAnglesDeg[step]);
-    const auto best = BestPair(orphans, min_angle_rad, limits::kMinSeedInliers, directory);
+    const auto best =
+        BestPair(orphans, min_angle_rad, limits::kMinSeedInliers, kMaxForwardMotion, directory);
     if (best) return best;
   }
   const double least_angle_rad = DegToRad(limits::kInitialAnglesDeg.back());
+  const auto best =
+      BestPair(orphans, least_angle_rad, limits::kMinSeedInliers, kAnyMotion, directory);
   if (situation.finishing) {
-    return BestPair(orphans, least_angle_rad, kMinInliersAtLast, directory);
+    if (best) return best;
+    return BestPair(orphans, least_angle_rad, kMinInliersAtLast, kAnyMotion, directory);
   }
-  const auto best = BestPair(orphans, least_angle_rad, limits::kMinSeedInliers, directory);
-  return best && IsOutlasted(*best, orphans, directory.session()) ? best : std::nullopt;
+  const bool is_quiet = last_step == kRelaxQuietS.size();
+  return best && (is_quiet || IsOutlasted(*best, orphans, directory.session())) ? best
+                                                                                : std::nullopt;
 }
 
 std::optional<SeedChoice> SeedPolicy::Choose(const SubmapDirectory& directory,

@@ -42,7 +42,8 @@ class SeedPolicy {
 
  private:
   std::optional<SeedChoice> BestPair(const std::vector<int64_t>& orphans, double min_angle_rad,
-                                     int min_inliers, const SubmapDirectory& directory) const;
+                                     int min_inliers, double max_forward_motion,
+                                     const SubmapDirectory& directory) const;
   std::optional<SeedChoice> ChooseIn(const std::vector<int64_t>& orphans,
                                      const SubmapDirectory& directory,
                                      const SeedSituation& situation) const;

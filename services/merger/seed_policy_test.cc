@@ -30,7 +30,7 @@ class SeedPolicyTest : public testing::Test {
     directory_.OnStatus(submap_id, epoch, ledger_seq);
   }
   std::optional<SeedChoice> Streaming() const { return Choose(0, false); }
-  std::optional<SeedChoice> Quiet() const { return Choose(60, false); }
+  std::optional<SeedChoice> Quiet(double quiet_s = 60) const { return Choose(quiet_s, false); }
   std::optional<SeedChoice> Finishing() const { return Choose(0, true); }
 
   TestLedger ledger_;
@@ -75,11 +75,22 @@ TEST_F(SeedPolicyTest, NothingIsNoSeed) {
   EXPECT_FALSE(Finishing());
 }
 
-TEST_F(SeedPolicyTest, RefusesFewInliersAndForwardMotion) {
+TEST_F(SeedPolicyTest, RefusesFewInliers) {
   ledger_.Matches(2, {Pair(1, 49, 30)});
-  ledger_.Matches(3, {Pair(1, 500, 30, 0.96)});
   ledger_.Matches(1, {});
   EXPECT_FALSE(Finishing());
+}
+
+TEST_F(SeedPolicyTest, ForwardMotionWaitsUntilAllLimitsAreRelaxed) {
+  ledger_.Matches(1, {});
+  ledger_.Matches(2, {Pair(1, 500, 30, 0.99)});
+  EXPECT_FALSE(Streaming());
+  EXPECT_TRUE(Quiet(9));
+  EXPECT_TRUE(Finishing());
+  ledger_.Matches(3, {Pair(1, 100, 2.5)});
+  const auto choice = Finishing();
+  ASSERT_TRUE(choice);
+  EXPECT_EQ(choice->image_id1, 3);  // another pair comes first, however small its angle
 }
 
 // A submap whose mapper failed at photo 1 three times has ended.

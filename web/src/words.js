@@ -29,6 +29,8 @@ const kCauses = {
     'Take photos on the way from a place that is clearly told apart: doors, signs, corners.'],
   contradicted: ({ other }) => ['Its matches lead to different positions.', nearer(other, 'It is tried again. More photos between its neighbours help.')],
   camera: () => ['Its lens could not be told: zoom or size do not fit.', 'Keep the zoom, and send photos as the camera stored them, not cropped.'],
+  'no initial pair': ({ other }) => [`No map could begin with it${other ? ` and ${other}` : ''}, although they show the same place.`,
+    'Take two more, each a few steps further to the side, without zoom.'],
   'not in time': () => ['The finish ended before its turn came.', 'Finish again with more time.'],
   other: ({ reason }) => [sentence(reason) || kNoReason, 'Nothing to do: it is tried again.'],
   failed: ({ reason }) => [sentence(reason) || kNoReason, 'Take it again, or send it again as a JPEG.'],

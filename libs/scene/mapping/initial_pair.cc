@@ -1,7 +1,6 @@
 #include "mapping/initial_pair.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "core/angles.h"
@@ -16,8 +15,6 @@
 namespace skein {
 namespace {
 
-// Largest part of the baseline along the view: COLMAP's init_max_forward_motion.
-constexpr double kMaxForwardMotion = 0.95;
 constexpr double kFocalFactors[] = {1.0, 0.8, 0.65, 0.5, 1.25, 1.55, 1.9};
 // The points of a pair are at first those seen under half its median angle, at most this.
 constexpr double kMaxPointAngleDeg = 16.0;
@@ -107,9 +104,6 @@ int TriangulatePair(const FeatureMatches& matches, double min_angle, ImageId ima
 
 Status CheckGeometry(const InitialPairOptions& options, const InitialPairResult& result) {
   if (result.num_inliers < options.min_num_inliers) return FailedPrecondition("too few inliers");
-  if (result.forward_motion > kMaxForwardMotion) {
-    return FailedPrecondition("forward motion");
-  }
   if (result.triangulation_angle_deg < options.min_triangulation_angle_deg) {
     return FailedPrecondition("too small a triangulation angle");
   }
@@ -165,7 +159,6 @@ InitialPairResult RegisterInitialPair(const InitialPairOptions& options, ImageId
     return result;
   }
   result.triangulation_angle_deg = RadToDeg(geometry.tri_angle);
-  result.forward_motion = std::abs(geometry.tvec.z());
   result.status = CheckGeometry(options, result);
   if (!result.status.ok()) return result;
   Accept(pair, geometry, image_id1, image_id2, map, &result);

@@ -23,7 +23,6 @@ struct InitialPairResult {
   int num_inliers = 0;
   int num_points = 0;
   double triangulation_angle_deg = 0;
-  double forward_motion = 0;
 };
 
 // Relative pose of two photos (5-point LO-RANSAC on their verified matches), and their points.

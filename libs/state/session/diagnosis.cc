@@ -90,9 +90,8 @@ bool AllStrong(const std::vector<Edge>& edges, Predicate predicate) {
   });
 }
 
-// Of its pairs, which no map could begin with.
-std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t image_id,
-                                    const std::string& best) {
+std::optional<Diagnosis> OfOneSpot(const CovisibilityGraph& graph, int64_t image_id,
+                                   const std::string& best) {
   const std::vector<Edge>& edges = graph.EdgesOf(image_id);
   if (AllStrong(edges, [&](const Edge& e) {
         return e.tri_angle_rad < DegToRad(limits::kMinTriangulationAngleDeg) ||
@@ -103,11 +102,23 @@ std::optional<Diagnosis> InItsPairs(const CovisibilityGraph& graph, int64_t imag
                   " shows, and shoot again; of an object that turns before the camera, cover what "
                   "stands still behind it");
   }
+  return std::nullopt;
+}
+
+// Of a photo that no map has tried, though its turn has come.
+std::optional<Diagnosis> WithoutInitialPair(const std::vector<Edge>& edges, int num_inliers,
+                                            const std::string& best) {
+  if (num_inliers < limits::kMinPoseInliers) return std::nullopt;
   if (AllStrong(edges, [](const Edge& e) { return e.geometry == Edge::kPlanar; })) {
     return Of(Cause::kPlanarOnly, "it and what overlaps it show one flat surface alone",
               "shoot again with something in view that stands out of the surface");
   }
-  return std::nullopt;
+  if (num_inliers < limits::kMinSeedInliers) return std::nullopt;
+  return Of(Cause::kNoInitialPair,
+            "no map could begin with it and " + best + ", which share " +
+                std::to_string(num_inliers) + " points",
+            "shoot two more, each a few steps further to the side, without zoom, and send photos "
+            "as the camera wrote them");
 }
 
 // Of a photo that no map has tried and no finish has seen: its turn comes without anybody's doing.
@@ -181,6 +192,8 @@ const char* CauseName(Diagnosis::Cause cause) {
       return "camera";
     case Cause::kNotInTime:
       return "not in time";
+    case Cause::kNoInitialPair:
+      return "no initial pair";
   }
   return "";
 }
@@ -202,12 +215,14 @@ const char* TrialCauseName(int8_t registration_cause) {
 
 Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
   if (const auto in_work = InWork(photo)) return *in_work;
-  if (const auto in_photo = InThePhoto(photo.features)) return *in_photo;
   const int64_t id = photo.image.image_id;
   const std::vector<Edge>& edges = state.covisibility().EdgesOf(id);
   const auto best = std::max_element(edges.begin(), edges.end(), [](const Edge& a, const Edge& b) {
     return a.num_inliers < b.num_inliers;
   });
+  if (best == edges.end() || best->num_inliers < limits::kMinSeedInliers) {
+    if (const auto in_photo = InThePhoto(photo.features)) return *in_photo;
+  }
   if (best == edges.end()) return WithoutOverlap(photo);
   const SubmapLife::Photo* trial = state.FindTrial(id);
   const bool is_linked = std::any_of(edges.begin(), edges.end(), [&](const Edge& edge) {
@@ -218,10 +233,11 @@ Diagnosis Diagnose(const SessionState& state, const PhotoState& photo) {
   if (trial == nullptr && state.finish().is_cut()) {
     diagnosis = Of(Cause::kNotInTime, "not tried in time", "finish again, with more time");
   } else if (!is_linked && best->num_inliers >= limits::kMinPoseInliers) {
-    diagnosis = InItsPairs(state.covisibility(), id, other);
+    diagnosis = OfOneSpot(state.covisibility(), id, other);
   }
   if (!diagnosis && trial == nullptr) {
     diagnosis = BeforeItsTurn(state, photo, best->num_inliers, is_linked);
+    if (!diagnosis && !is_linked) diagnosis = WithoutInitialPair(edges, best->num_inliers, other);
   }
   if (!diagnosis) diagnosis = InTheMap(trial, best->num_inliers, other);
   if (trial != nullptr) diagnosis->reason = trial->reason;

@@ -72,6 +72,16 @@ TEST_F(DiagnosisTest, TheFaultOfAPhotoIsToldBeforeItsOverlap) {
   EXPECT_EQ(OfPhoto([](features_t*) {}), Cause::kNoOverlap);
 }
 
+TEST_F(DiagnosisTest, APhotoWithAStrongPairIsSharpEnough) {
+  ledger_.Describe(2, 1, Photo([](features_t* f) { f->blur = 0.6F; }));
+  ledger_.Matches(2, {Pair(90, kCalibrated, 0.1F)});
+  EXPECT_EQ(Get().cause, Cause::kBlurred);
+  TestLedger strong;
+  strong.Describe(2, 1, Photo([](features_t* f) { f->blur = 0.6F; }));
+  strong.Matches(2, {Pair(1000, kCalibrated, 0.1F)});
+  EXPECT_EQ(Diagnose(strong.state(), *strong.state().FindPhoto(2)).cause, Cause::kWaiting);
+}
+
 TEST_F(DiagnosisTest, AWeakOverlapTellsHowMuchIsLackingAndWhere) {
   ledger_.Describe(2, 1);
   ledger_.Matches(2, {Pair(17, kCalibrated, 0.1F)});
@@ -92,7 +102,8 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
     return Diagnose(ledger.state(), *ledger.state().FindPhoto(3)).cause;
   };
   EXPECT_EQ(of_three_with(Pair(400, kPanoramic, 0)), Cause::kRotationOnly);
-  EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0.1F)), Cause::kPlanarOnly);
+  EXPECT_EQ(of_three_with(Pair(60, kPlanar, 0.1F)), Cause::kPlanarOnly);
+  EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0.1F)), Cause::kWaiting) << "one can begin";
   EXPECT_EQ(of_three_with(Pair(400, kPlanar, 0)), Cause::kRotationOnly);
   EXPECT_EQ(of_three_with(Pair(400, kCalibrated, 0.1F)), Cause::kWaiting) << "one can begin";
   EXPECT_EQ(of_three_with(Pair(60, kCalibrated, 0.1F)), Cause::kWeakOverlap);
@@ -140,6 +151,20 @@ TEST_F(DiagnosisTest, APhotoThatNobodyTriedYetWaits) {
   settled.state = finish_t::SETTLED;
   ledger_.Commit(settled);
   EXPECT_EQ(Get().cause, Cause::kWeakOverlap) << "the finish left it out";
+}
+
+TEST_F(DiagnosisTest, AStrongPairThatBeganNoMapIsNoWeakOverlap) {
+  TestLedger ledger;
+  for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
+  ledger.Matches(2, {});
+  two_view_t pair = Pair(400, kCalibrated, 0.1F);
+  pair.other_id = 2;
+  ledger.Matches(3, {pair});
+  ledger.Finish(finish_t::REQUESTED);
+  ledger.Finish(finish_t::SETTLED);
+  const Diagnosis told = Diagnose(ledger.state(), *ledger.state().FindPhoto(3));
+  EXPECT_EQ(told.cause, Cause::kNoInitialPair);
+  EXPECT_NE(told.what.find("which share 400 points"), std::string::npos) << told.what;
 }
 
 // The map knows the depth of what it sees from the same spot.
@@ -202,6 +227,8 @@ TEST_F(DiagnosisTest, EachCauseHasAName) {
   for (int cause = 0; cause <= static_cast<int>(Cause::kNotInTime); ++cause) {
     EXPECT_STRNE(CauseName(static_cast<Cause>(cause)), "") << cause;
   }
+  EXPECT_STRNE(CauseName(Cause::kNoInitialPair), "");
+  EXPECT_EQ(static_cast<int>(Cause::kNoInitialPair), +photo_diagnosis_t::NO_INITIAL_PAIR);
 }
 
 }  // namespace skein::diagnosis_test
