@@ -188,12 +188,11 @@ void RetrievalService::RunReadySteps() {
 // Whatever is wrong with its descriptor, whatever throws, and whatever the process died of thrice,
 // a photo is answered for: without candidates.
 std::optional<Candidates> RetrievalService::Apply(const Step& step, RetrievalState* state) const {
-  const auto apply = [&]() -> Result<std::optional<Candidates>> {
-    if (failed_.IsLeftOut(step.image_id))
-      return FailedPrecondition("left out: see retrieval.failed");
-    return step.apply(state);
-  };
-  auto applied = AttemptStep(&node_.steps(), 0, {step.image_id, kStep}, apply);
+  Result<std::optional<Candidates>> applied = FailedPrecondition("left out: see retrieval.failed");
+  if (!failed_.IsLeftOut(step.image_id)) {
+    applied =
+        AttemptStep(&node_.steps(), 0, {step.image_id, kStep}, [&] { return step.apply(state); });
+  }
   if (applied.ok()) return *std::move(applied);
   LogWarn("image {} {}: {}", step.image_id, step.asks ? "has no candidates" : "is not updated",
           applied.error());
