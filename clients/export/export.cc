@@ -65,7 +65,10 @@ void PlaceModels(const ExportOptions& options, std::vector<ExportModel>* models)
   for (const std::string& refusal : refusals) {
     std::cerr << "skein export: left out, as it can't be georeferenced: " << refusal << "\n";
   }
-  if (models->empty()) throw std::runtime_error("no model can be georeferenced");
+  if (models->empty()) {
+    throw std::runtime_error(
+        "no model can be georeferenced; without --georeferenced the map has a frame of its own");
+  }
 }
 
 void WritePicture(const Reconstruction& model, const fs::path& path) {

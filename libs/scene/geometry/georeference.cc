@@ -13,11 +13,13 @@
 #include "core/angles.h"
 #include "core/result.h"
 #include "core/statistics.h"
+#include "geometry/georeference_refusal.h"
 #include "sfm/pose.h"
 
 namespace skein {
 namespace {
 
+using Photos = std::vector<const GeoPhoto*>;
 using Points = std::vector<Eigen::Vector3d>;
 using Indices = std::vector<size_t>;
 
@@ -26,8 +28,9 @@ constexpr double kInlierSigmas[] = {3.03, 3.37};    // 99 % of 2 and of 3 dimens
 constexpr double kMaxSpreadOfViewsDeg = 20;         // of photos that all look straight down
 constexpr double kCauchySigmas = 2.385;             // 95 % efficiency for normal noise
 constexpr int kMaxIterations = 30;
-constexpr int kMinAgreeing = 4;         // and at least half of the photos with a position
-constexpr int kNumTriples = 500;        // tried
+constexpr int kMinAgreeing = 4;               // and at least half of the photos with a position
+constexpr int kNumNeeded = kMinAgreeing + 1;  // with one more than must agree, a wrong one shows
+constexpr int kNumTriples = 500;              // tried
 constexpr double kMinSigmaM = 0.02;     // positions are not taken for better than this, per axis
 constexpr double kMaxRotationDeg = 5;   // standard deviation of the rotation about its worst axis
 constexpr double kMaxScaleSigma = 0.1;  // relative standard deviation of the scale
@@ -254,7 +257,7 @@ Eigen::Quaterniond LevelFromUp(const Eigen::Vector3d& up) {
 // Candidates for up in the model's frame, with both signs. One is the direction that the photos'
 // horizontal axes avoid (photos held level). The other is the mean view direction, if all views are
 // similar (photos straight down).
-std::vector<Eigen::Vector3d> UpDirections(const std::vector<const GeoPhoto*>& photos) {
+std::vector<Eigen::Vector3d> UpDirections(const Photos& photos) {
   std::vector<Eigen::Vector3d> ups;
   Eigen::Vector3d view = Eigen::Vector3d::Zero();
   for (int axis = 0; axis < 3; ++axis) {
@@ -294,11 +297,15 @@ void SetSigmas(const Points& centres_m, Georeference* result) {
 Status CheckSpread(const Georeference& result) {
   if (!(result.scale_sigma <= kMaxScaleSigma)) {
     return FailedPrecondition(
-        Text("the photos were taken in one spot, given positions good to %.2g m", result.sigma_m));
+        Text("the photos were taken in one spot, given positions good to %.2g m; walk around, "
+             "more than ten times that",
+             result.sigma_m));
   }
   if (!(result.rotation_sigma_deg <= kMaxRotationDeg)) {
     return FailedPrecondition(
-        Text("the photos were taken along a line, given positions good to %.2g m", result.sigma_m));
+        Text("the photos were taken along a line, given positions good to %.2g m; walk to its "
+             "sides too, more than ten times that",
+             result.sigma_m));
   }
   return Status::Ok();
 }
@@ -356,8 +363,7 @@ bool AltitudesAreBad(const Attempt& with, const Attempt& without) {
 
 class Estimator {
  public:
-  Estimator(const GeodeticPosition& origin, const std::vector<const GeoPhoto*>& photos)
-      : origin_(origin) {
+  Estimator(const GeodeticPosition& origin, const Photos& photos) : origin_(origin) {
     for (const GeoPhoto* photo : photos) {
       from_.push_back(photo->cam_from_world.Centre());
       to_.push_back(EnuFromGeodetic(origin, photo->position));
@@ -388,7 +394,9 @@ class Estimator {
                         level);
     const std::optional<Similarity> start = fitter.FitHalf();
     if (!start) {
-      result.reason = "the photos or their positions lie in one spot or on one line";
+      result.reason =
+          "the photos or their positions lie in one spot or on one line; walk around, not only "
+          "there and back";
       return attempt;
     }
     const double sigma = fitter.RobustSigma(*start);
@@ -433,8 +441,10 @@ class Estimator {
   Status Check(const Georeference& result) const {
     if (result.num_inliers < kMinAgreeing ||
         2 * result.num_inliers < static_cast<int>(from_.size())) {
-      return FailedPrecondition(Text("only %.0f of %.0f positions agree with the model",
-                                     result.num_inliers, static_cast<double>(from_.size())));
+      return FailedPrecondition(
+          Text("only %.0f of %.0f positions agree with the model; check the "
+               "camera's clock and that it waits for GPS",
+               result.num_inliers, static_cast<double>(from_.size())));
     }
     return CheckSpread(result);
   }
@@ -443,6 +453,31 @@ class Estimator {
   Points from_, to_;
   std::vector<GeoResidual> photos_;  // not yet judged
 };
+
+bool HasEnough(const Photos& usable) { return static_cast<int>(usable.size()) >= kNumNeeded; }
+
+// Of photos with plausible positions. The reason of a refusal is that of the first attempt.
+Georeference Estimate(const GeodeticPosition& origin, const Photos& usable) {
+  const Estimator estimator(origin, usable);
+  if (!HasEnough(usable)) {
+    return estimator.Refuse(Text("%.0f registered photos carry a position; it takes %.0f",
+                                 static_cast<double>(usable.size()), kNumNeeded));
+  }
+  Attempt with_altitudes;
+  const bool has_altitudes = estimator.num_altitudes() >= kNumNeeded;
+  if (has_altitudes) with_altitudes = estimator.Try(std::nullopt);
+  Attempt level;
+  for (const Eigen::Vector3d& up : UpDirections(usable)) {
+    Attempt attempt = estimator.Try(LevelFromUp(up));
+    if (!has_altitudes && !attempt.result.ok && with_altitudes.result.reason.empty()) {
+      with_altitudes.result = attempt.result;
+    }
+    if (attempt.result.ok && attempt.horizontal_m < level.horizontal_m) level = std::move(attempt);
+  }
+  const bool take_level =
+      level.result.ok && (!with_altitudes.result.ok || AltitudesAreBad(with_altitudes, level));
+  return take_level ? level.result : with_altitudes.result;
+}
 
 }  // namespace
 
@@ -489,32 +524,14 @@ GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions) {
 
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos) {
-  std::vector<const GeoPhoto*> usable;
+  Photos usable;
   for (const GeoPhoto& photo : photos) {
     const bool finite = photo.cam_from_world.Centre().allFinite();
     if (finite && IsPlausible(photo.position)) usable.push_back(&photo);
   }
-  const Estimator estimator(origin, usable);
-  // With one more than must agree, a wrong one shows.
-  const int num_needed = kMinAgreeing + 1;
-  if (static_cast<int>(usable.size()) < num_needed) {
-    return estimator.Refuse(Text("%.0f registered photos carry a position; it takes %.0f",
-                                 static_cast<double>(usable.size()), num_needed));
-  }
-  Attempt with_altitudes;
-  const bool has_altitudes = estimator.num_altitudes() >= num_needed;
-  if (has_altitudes) with_altitudes = estimator.Try(std::nullopt);
-  Attempt level;
-  for (const Eigen::Vector3d& up : UpDirections(usable)) {
-    Attempt attempt = estimator.Try(LevelFromUp(up));
-    if (!has_altitudes && with_altitudes.result.reason.empty()) {
-      with_altitudes.result = estimator.Refuse(attempt.result.reason);
-    }
-    if (attempt.result.ok && attempt.horizontal_m < level.horizontal_m) level = std::move(attempt);
-  }
-  const bool take_level =
-      level.result.ok && (!with_altitudes.result.ok || AltitudesAreBad(with_altitudes, level));
-  return take_level ? level.result : with_altitudes.result;
+  Georeference result = Estimate(origin, usable);
+  if (!result.ok && HasEnough(usable)) result.reason = CauseOfRefusal(result, usable, Estimate);
+  return result;
 }
 
 }  // namespace skein

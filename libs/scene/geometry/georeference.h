@@ -67,7 +67,8 @@ struct Georeference {
 // The residuals tell which of the two wins: altitudes may drift, and then tilt the model.
 // Too few altitudes count as none. Refused, with a reason: too few positions; too few that agree.
 // Also camera centres in a spot or on a line at the scale of the noise, as they leave scale or
-// rotation open. Deterministic.
+// rotation open. The reason is that of CauseOfRefusal (geometry/georeference_refusal.h).
+// Deterministic.
 Georeference EstimateGeoreference(const GeodeticPosition& origin,
                                   const std::vector<GeoPhoto>& photos);
 

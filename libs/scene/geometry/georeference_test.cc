@@ -300,20 +300,66 @@ TEST(Georeference, RefusesOneSpot) {
   for (const double noise_m : {0.0, 2.0}) {
     Flight flight;
     flight.noise_m = noise_m;
-    flight.length_m = flight.width_m = flight.height_m = noise_m / 10;
+    flight.length_m = flight.width_m = flight.height_m = std::max(0.001, noise_m / 10);
     const World world(flight);
     const Georeference result = EstimateGeoreference(world.origin, world.photos);
     EXPECT_FALSE(result.ok) << noise_m;
     EXPECT_NE(result.reason.find("spot"), std::string::npos) << result.reason;
+    EXPECT_NE(result.reason.find("; walk around"), std::string::npos) << result.reason;
   }
 }
 
 TEST(Georeference, RefusesADeviceThatReportsOnePlaceForAll) {
   World world({});
   for (GeoPhoto& photo : world.photos) photo.position = world.photos[0].position;
+  Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok);
+  EXPECT_EQ(result.reason.rfind("all 40 photos carry one GPS position, ", 0), 0u) << result.reason;
+  world.photos[1].position.latitude_deg += 0.001;
+  result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_EQ(result.reason.rfind("40 photos carry only 2 different", 0), 0u) << result.reason;
+}
+
+// Alice's photos and bob's in turns, over the same place.
+World OfAliceAndBob(void (*spoil)(GeodeticPosition* position_of_bob)) {
+  Flight flight;
+  flight.noise_m = 0.5;
+  World world(flight);
+  for (size_t i = 0; i < world.photos.size(); ++i) {
+    world.photos[i].name = (i % 2 ? "bob/" : "alice/") + std::to_string(i) + ".jpg";
+    if (i % 2) spoil(&world.photos[i].position);
+  }
+  return world;
+}
+
+TEST(Georeference, NamesTheAgentWhoseLatitudeAndLongitudeAreSwapped) {
+  const World world =
+      OfAliceAndBob([](GeodeticPosition* p) { std::swap(p->latitude_deg, p->longitude_deg); });
   const Georeference result = EstimateGeoreference(world.origin, world.photos);
   EXPECT_FALSE(result.ok);
-  EXPECT_FALSE(result.reason.empty());
+  EXPECT_EQ(result.reason.rfind("the GPS positions of bob are ", 0), 0u) << result.reason;
+  EXPECT_NE(result.reason.find("those of alice"), std::string::npos) << result.reason;
+  EXPECT_NE(result.reason.find("order of coordinates"), std::string::npos) << result.reason;
+}
+
+// Both fit among themselves: bob or alice is off.
+TEST(Georeference, NamesTwoAgentsThatAreApartAndTheMedianOffset) {
+  const World world =
+      OfAliceAndBob([](GeodeticPosition* p) { p->latitude_deg += 2000 / kMetresPerDegree; });
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok);
+  for (const char* part : {"bob", "alice", " are 2 km (median) off "}) {
+    EXPECT_NE(result.reason.find(part), std::string::npos) << result.reason;
+  }
+}
+
+TEST(Georeference, TellsPositionsOfOneAgentThatDisagreeWithTheMap) {
+  Flight flight;
+  flight.noise_m = 1000;
+  const World world(flight);
+  const Georeference result = EstimateGeoreference(world.origin, world.photos);
+  EXPECT_FALSE(result.ok);
+  EXPECT_NE(result.reason.find("disagree with the map"), std::string::npos) << result.reason;
 }
 
 TEST(Georeference, JsonHoldsTransformAndResiduals) {
