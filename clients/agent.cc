@@ -129,7 +129,8 @@ std::optional<int> ParseAgentOptions(int argc, char** argv, AgentOptions* option
       "waited for");
   app.footer(
       "Hidden files and folders, and those that hold thumbnails and trash (@eaDir, Thumbs,\n"
-      "__MACOSX, ...), are skipped and counted.\n"
+      "__MACOSX, ...), are skipped and counted. So are depth maps and masks (PNG, TIFF) beside\n"
+      "their photo: 1_depth.png, masks/1.png.\n"
       "Exit codes: 0 every photo is received or a duplicate, 1 error or interrupted,\n"
       "2 bad usage, 3 some were refused (each is told with its reason).");
   return ParseOptions(&app, argc, argv);

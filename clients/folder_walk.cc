@@ -17,11 +17,6 @@ namespace fs = std::filesystem;
 constexpr std::array<const char*, 6> kSkippedFolders = {
     "@eadir", "#recycle", "$recycle.bin", "system volume information", "thumbs", "__macosx"};
 
-std::string LowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
 class Walker {
  public:
   explicit Walker(const fs::path& folder) {
@@ -88,6 +83,11 @@ class Walker {
 };
 
 }  // namespace
+
+std::string LowerCase(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
 
 bool IsSkippedName(const std::string& name) {
   if (!name.empty() && name[0] == '.') return true;

@@ -7,16 +7,18 @@
 namespace skein {
 namespace {
 
-constexpr std::array<const char*, 5> kWhyNotTaken = {
-    " (JPEG, PNG and TIFF are)", " (hidden photos, thumbnails and trash)",
-    " (links to folders that are read anyway)", " (links that lead nowhere)",
-    " (folders that may not be read)"};
+constexpr std::array<const char*, 6> kWhyNotTaken = {" (JPEG, PNG and TIFF are)",
+                                                     " (depth maps or masks beside photos)",
+                                                     " (hidden photos, thumbnails and trash)",
+                                                     " (links to folders that are read anyway)",
+                                                     " (links that lead nowhere)",
+                                                     " (folders that may not be read)"};
 
 }  // namespace
 
 void OtherFilesTeller::Tell(const OtherFiles& others) {
-  const std::array<std::string, 5> groups = {others.kinds, others.skipped, others.repeated,
-                                             others.dangling, others.unreadable};
+  const std::array<std::string, 6> groups = {others.kinds,    others.companions, others.skipped,
+                                             others.repeated, others.dangling,   others.unreadable};
   for (size_t i = 0; i < groups.size(); ++i) {
     if (groups[i] == told_[i]) continue;
     told_[i] = groups[i];

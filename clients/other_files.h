@@ -1,4 +1,5 @@
-// Tells what lies in an agent's folder and is not taken: other kinds of files, thumbnails, trash.
+// Tells what lies in an agent's folder and is not taken: other kinds of files, depth maps, masks,
+// thumbnails, trash.
 #pragma once
 
 #include <array>
@@ -27,7 +28,7 @@ class OtherFilesTeller {
  private:
   const std::string folder_;
   std::ostream& out_;
-  std::array<std::string, 5> told_;  // kinds, skipped, repeated, dangling, unreadable
+  std::array<std::string, 6> told_;  // kinds, companions, skipped, repeated, dangling, unreadable
   double next_look_s_ = 0;
 };
 

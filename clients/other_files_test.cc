@@ -39,8 +39,10 @@ TEST_F(OtherFilesTest, WhatComesLaterIsToldOnce) {
   Write("b.heic");
   Write("._a.jpg");
   Write("@eaDir/a.jpg");
+  Write("a_depth.png");
   EXPECT_EQ(Look(100 + kLookForOthersS),
             "1 .heic (JPEG, PNG and TIFF are)\n"
+            "1 *_depth.png (depth maps or masks beside photos)\n"
             "1 ._*, 1 in @eaDir (hidden photos, thumbnails and trash)\n");
   EXPECT_EQ(Look(100 + 2 * kLookForOthersS), "");
   Write("c.heic");

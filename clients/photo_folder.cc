@@ -4,14 +4,15 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cstring>
 #include <fstream>
+#include <iterator>
 #include <map>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 #include <random>
 
+#include "clients/companions.h"
 #include "clients/folder_walk.h"
 #include "codecs/decode_check.h"
 #include "codecs/exif_reader.h"
@@ -32,11 +33,7 @@ constexpr std::array<const char*, 5> kExtensions = {".jpg", ".jpeg", ".png", ".t
 constexpr size_t kMaxKindsTold = 6;
 constexpr uint64_t kMaxPixels = 1'000'000'000;  // that are decoded here
 
-std::string LowerExtension(const fs::path& path) {
-  std::string extension = path.extension().string();
-  for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return extension;
-}
+std::string LowerExtension(const fs::path& path) { return LowerCase(path.extension().string()); }
 
 bool IsPhotoName(const fs::path& path) {
   const std::string extension = LowerExtension(path);
@@ -210,6 +207,18 @@ Counts CountSkipped(const std::vector<fs::path>& skipped) {
   return counts;
 }
 
+std::vector<fs::path> PhotosOf(const FolderWalk& walk) {
+  std::vector<fs::path> photos;
+  std::copy_if(walk.files.begin(), walk.files.end(), std::back_inserter(photos), IsPhotoName);
+  return photos;
+}
+
+Counts CountCompanions(std::vector<fs::path> photos) {
+  Counts counts;
+  for (const fs::path& path : TakeCompanions(&photos)) ++counts[KindOfCompanion(path)];
+  return counts;
+}
+
 std::string NamesOf(std::vector<fs::path> paths, const fs::path& folder) {
   std::sort(paths.begin(), paths.end());
   std::string names;
@@ -236,9 +245,11 @@ Result<PhotoOrder> ParsePhotoOrder(const std::string& text) {
 }
 
 std::vector<PhotoFile> ListPhotos(const fs::path& folder, const PhotoOrder& order) {
+  std::vector<fs::path> paths = PhotosOf(WalkFolder(folder));
+  TakeCompanions(&paths);
   std::vector<PhotoFile> photos;
-  for (const fs::path& path : WalkFolder(folder).files) {
-    if (IsPhotoName(path)) photos.push_back({path, path.lexically_relative(folder).string()});
+  for (const fs::path& path : paths) {
+    photos.push_back({path, path.lexically_relative(folder).string()});
   }
   std::sort(photos.begin(), photos.end(),
             [](const PhotoFile& a, const PhotoFile& b) { return a.name < b.name; });
@@ -258,6 +269,7 @@ OtherFiles FindOtherFiles(const fs::path& folder) {
     others.have_heif = others.have_heif || IsHeif(path);
   }
   others.kinds = Text(kinds);
+  others.companions = Text(CountCompanions(PhotosOf(walk)));
   others.skipped = Text(CountSkipped(walk.skipped));
   others.repeated = NamesOf(walk.repeated, folder);
   others.dangling = NamesOf(walk.dangling, folder);

@@ -29,14 +29,15 @@ struct PhotoOrder {
 Result<PhotoOrder> ParsePhotoOrder(const std::string& text);
 
 // Files of the walk (clients/folder_walk.h) that end in .jpg, .jpeg, .png, .tif or .tiff in any
-// case. Order by time: EXIF's capture time, else the file's, then by name. Throws as WalkFolder
-// does.
+// case, without companions (clients/companions.h). Order by time: EXIF's capture time, else the
+// file's, then by name. Throws as WalkFolder does.
 std::vector<PhotoFile> ListPhotos(const std::filesystem::path& folder, const PhotoOrder& order);
 
 // Files that ListPhotos leaves out, in words; "" if none.
 struct OtherFiles {
   std::string kinds;       // no photos: "12 .heic, 3 .mp4, 1 without an extension", most first
   bool have_heif = false;  // by their bytes
+  std::string companions;  // "860 in masks, 12 *_depth.png", most first
   std::string skipped;     // photos: "860 in @eaDir, 12 in .thumbnails, 3 ._*", most first
   std::string repeated;    // links to folders that are read anyway: "up, copies/all"
   std::string dangling;    // links that lead to no file or folder

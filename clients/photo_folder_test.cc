@@ -149,6 +149,16 @@ TEST_F(PhotoFolderTest, SkipsWhatIsHiddenThumbnailsAndTrash) {
   EXPECT_EQ(others.kinds, "") << "what is in there is nobody's";
 }
 
+TEST_F(PhotoFolderTest, TellsDepthMapsAndMasksBesidePhotos) {
+  for (const char* name : {"images/1.jpg", "images/1_depth.png", "masks/1.png", "masks/2.png"}) {
+    Write(name, {1});
+  }
+  EXPECT_EQ(Names("name"), (std::vector<std::string>{"images/1.jpg", "masks/2.png"}));
+  EXPECT_EQ(FindOtherFiles(folder_.path()).companions, "1 *_depth.png, 1 in masks");
+  Write("images/2.jpg", {1});
+  EXPECT_EQ(FindOtherFiles(folder_.path()).companions, "2 in masks, 1 *_depth.png");
+}
+
 TEST_F(PhotoFolderTest, ReadsAFolderWhoseOwnNameIsHidden) {
   Write(".photos/a.jpg", {1});
   EXPECT_EQ(ListPhotos(folder_ / ".photos", PhotoOrder()).size(), 1u);
@@ -340,6 +350,17 @@ TEST_F(FolderWatchTest, WaitsForPhotosThatAreStillWritten) {
   Write("a.jpg", {1, 2});
   EXPECT_EQ(Scan(), std::vector<std::string>());
   EXPECT_EQ(Scan(), std::vector<std::string>{"a.jpg"});
+}
+
+TEST_F(FolderWatchTest, GivesNoDepthMapWhosePhotoComesInTime) {
+  Write("1_depth.png", {1});
+  Write("2_depth.png", {1});
+  EXPECT_EQ(Scan(), std::vector<std::string>());
+  Write("1.jpg", {1});
+  EXPECT_EQ(Scan(), std::vector<std::string>{"2_depth.png"}) << "no photo of it is there yet";
+  Write("2.jpg", {1});
+  EXPECT_EQ(Scan(), std::vector<std::string>{"1.jpg"});
+  EXPECT_EQ(Scan(), std::vector<std::string>{"2.jpg"});
 }
 
 TEST_F(FolderWatchTest, TellsThatTheFolderIsGone) {
