@@ -38,6 +38,9 @@ skein_command() {
   if [[ $program -ef $(type -P skein) ]]; then echo skein; else printf '%q\n' "$program"; fi
 }
 
+# The commit that this build was made from, which need not be the checkout's; without one its version.
+build_commit() { "$SKEIN_BUILD/bin/skein" --version | sed -E 's/^skein //; s/.*\((.*)\)$/\1/'; }
+
 # take_options "NAME..." ARGUMENT...: `--NAME VALUE` sets the variable NAME of the calling script.
 take_options() {
   local names=" $1 " name

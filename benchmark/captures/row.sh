@@ -150,7 +150,7 @@ session_figures() {
     --argjson registrations "$(ledger "SELECT COUNT(*) FROM facts WHERE kind = 'registration'" | grep . || echo 0)" \
     --argjson matched "$(ledger "SELECT ROUND((MAX(utime_us) - (SELECT MIN(utime_us) FROM facts WHERE kind = 'image')) / 1e6, 1) FROM facts WHERE kind = 'matches'" | grep . || echo null)" \
     --argjson finish "$(ledger "SELECT ROUND((MAX(utime_us) - (SELECT MAX(utime_us) FROM facts WHERE kind = 'matches')) / 1e6, 1) FROM facts WHERE kind = 'finish'" | grep . || echo null)" \
-    --argjson times "{$(times_of "$run")}" --arg commit "$(git -C "$SKEIN_ROOT" describe --always --dirty 2>/dev/null || true)" '
+    --argjson times "{$(times_of "$run")}" --arg commit "$(build_commit)" '
     {commit: $commit, offered: $offered, ended: ($status != 124 and $status != 137), restarts: $restarts,
      reported: has("images"), registered: (.images.registered // 0), maps: [.submaps[]?.images], mixed: $mixed, error: $error,
      accounted: (.images | . != null and .received == .registered + .deferred + .failed),

@@ -139,7 +139,7 @@ measure_stages() {
 print_figures() {
   jq -Rn --slurpfile session "$own_session" --slurpfile sessions "$sessions" --arg machine "$(sed -n 's/^Model name: *//p' <<<"$lscpu")" \
     --arg kernels "$available" --arg flags "$(grep -oE '\b(avx2|fma|avx512(f|bw|dq|vl|_vnni)|amx_(tile|int8))\b' <<<"$flags" | paste -sd ' ')" \
-    --arg commit "$(git -C "$SKEIN_ROOT" rev-parse --short HEAD 2>/dev/null || true)" --argjson cores "$(nproc)" '
+    --arg commit "$(build_commit)" --argjson cores "$(nproc)" '
     [inputs | split(" ") | {name: .[0], ours: (.[1] | tonumber), other: (.[2] | tonumber)}] as $rows
     | {commit: $commit, machine: $machine, cores: $cores, kernels: $kernels, flags: $flags}
     + if $rows == [] then {} else {ratios: ($rows | map({(.name): (.ours / .other * 1e6 | round / 1e6)}) | add),

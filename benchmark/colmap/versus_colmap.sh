@@ -218,7 +218,7 @@ broken_limits() {
 }
 
 [[ -z $datasets ]] || make_sessions
-echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD), seeds $seeds"
+echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(build_commit), seeds $seeds"
 for name in "${names[@]}"; do
   run_skein "$name"
   for seed in $seeds; do run_colmap "$name" "$seed"; done

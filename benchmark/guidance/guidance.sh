@@ -184,7 +184,7 @@ draw_policy() {
   say "$keep/guidance_$1.png"
 }
 
-echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD)"
+echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(build_commit)"
 for part in $parts; do
   contest=(--max-photos "$max_photos" --policies $policies)
   case $part in

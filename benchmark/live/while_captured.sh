@@ -127,7 +127,7 @@ plot '$workspace/stages.csv' using 2:xtic(1) title 'ingest' lc rgb '#9e9e9e', \
 PLOT
 }
 
-echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(git -C "$SKEIN_ROOT" rev-parse --short HEAD), $rate photos a second"
+echo "$(nproc) cores, $(sed -n 's/^model name.*: //p' /proc/cpuinfo | head -n 1), commit $(build_commit), $rate photos a second"
 echo '| photos | background BA | registered | pose within 3 s | latency p50 / p95 / p99, s | position RMSE before finish, % of extent | after |'
 echo '|---|---|---|---|---|---|---|'
 for name in $places; do
