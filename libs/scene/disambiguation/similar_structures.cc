@@ -448,24 +448,24 @@ PlacesOfTwoSets ComparePlaces(const SceneMap& map, const Reconstruction& model,
     num_different += ShowsAnotherPlace(votes, kMinPairCells);
   });
   if (sum.num_cells() < kMinCells) return {};
+  const int num_votes = static_cast<int>(missing.size());
   const auto differ = [&](int num, const char* how) {
-    return PlacesOfTwoSets{true, std::to_string(num) + " of " + std::to_string(sum.num_cells()) +
-                                     " cells that both show are " + how};
+    return PlacesOfTwoSets{true, num_votes,
+                           std::to_string(num) + " of " + std::to_string(sum.num_cells()) +
+                               " cells that both show are " + how};
   };
   const auto most_miss = [&](double limit) {
     const auto num =
         std::count_if(missing.begin(), missing.end(), [&](double share) { return share > limit; });
-    return 2 * static_cast<size_t>(num) > missing.size();
+    return 2 * num > num_votes;
   };
-  if (2 * static_cast<size_t>(num_different) > missing.size()) {
-    return differ(sum.num_different, "different");
-  }
+  if (2 * num_different > num_votes) return differ(sum.num_different, "different");
   // The pairs within cost most, and only shares between the two limits depend on them.
-  if (!most_miss(kMaxMissingShare / 2)) return {};
+  if (!most_miss(kMaxMissingShare / 2)) return {false, num_votes, ""};
   if (most_miss(kMaxMissingShare) || most_miss(UsualMissingShare(map, photos1, photos2, &views))) {
     return differ(sum.num_missing, "missing");
   }
-  return {};
+  return {false, num_votes, ""};
 }
 
 DividedPhotos DividePhotos(const SceneMap& map, const std::set<ImageId>& first,

@@ -87,6 +87,7 @@ std::vector<ImageId> FindPhotosOfAnotherPlaceByMissingCells(
 // within.
 struct PlacesOfTwoSets {
   bool differ = false;
+  int num_votes = 0;   // of pairs; 0 as well if all pairs together have fewer than kMinCells cells
   std::string reason;  // "" if they don't
 };
 

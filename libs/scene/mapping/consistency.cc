@@ -1,6 +1,7 @@
 #include "mapping/consistency.h"
 
 #include <algorithm>
+#include <set>
 
 #include "core/threads.h"
 #include "disambiguation/similar_structures.h"
@@ -57,6 +58,7 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.of_similar_place = true;
   found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
   found.photos = FindPhotosOfAnotherPlace(map_, first, options_.num_threads);
+  if (WouldBeMergedAgain(found.photos)) found.photos.clear();
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
 }
@@ -74,6 +76,15 @@ bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& ph
     }
   }
   return AreOfSimilarStructures(map_, pairs);
+}
+
+bool Consistency::WouldBeMergedAgain(const std::vector<ImageId>& photos) const {
+  const std::vector<ImageId>& registered = map_.reconstruction().RegImageIds();
+  const std::set<ImageId> leaving(photos.begin(), photos.end());
+  std::set<ImageId> staying(registered.begin(), registered.end());
+  for (const ImageId id : photos) staying.erase(id);
+  const PlacesOfTwoSets places = ComparePlaces(map_, map_.reconstruction(), staying, leaving);
+  return places.num_votes > 0 && !places.differ;
 }
 
 std::vector<ImageId> Consistency::FindByMissingCells(ImageId first) const {

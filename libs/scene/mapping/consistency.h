@@ -39,8 +39,9 @@ class Consistency {
   // estimation a photo.
   std::vector<ImageId> FindPhotosWithBetterPose() const;
 
-  // Groups of photos in the wrong place: by matches that contradict their poses, else by missing
-  // correspondences. `first` is a photo of the group that stays.
+  // Groups of photos in the wrong place: by matches that contradict their poses, else by different
+  // cells, if a merge would keep the groups apart, else by missing cells. `first` is a photo of the
+  // group that stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;
   // Registered photos that match a visually similar place and have too many missing cells. Such
   // photos may show that place: a cell can only differ where they have points of their own.
@@ -48,6 +49,10 @@ class Consistency {
 
  private:
   bool OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const;
+  // Whether a merge would join `photos` and the map's other photos: most pairs of photos across
+  // show one place (ComparePlaces). Two spectral bands of one wall may have different cells in a
+  // few pairs. Withdrawn, such photos would begin a map that is merged, and be withdrawn again.
+  bool WouldBeMergedAgain(const std::vector<ImageId>& photos) const;
   std::vector<ImageId> FindByMissingCells(ImageId first) const;
 
   const SubmapOptions& options_;
