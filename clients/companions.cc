@@ -19,6 +19,8 @@ constexpr std::array<std::string_view, 8> kSuffixes = {
 constexpr std::array<std::string_view, 6> kFolders = {"depth", "depths", "depth_maps",
                                                       "mask",  "masks",  "segmentation"};
 constexpr std::array<const char*, 4> kFoldersOfPhotos = {"images", "rgb", "color", "photos"};
+constexpr std::array<std::string_view, 6> kSuffixesOfPhotos = {"_color", "-color", ".color",
+                                                               "_rgb",   "-rgb",   ".rgb"};
 
 bool IsPngOrTiff(const fs::path& path) {
   const std::string extension = LowerCase(path.extension().string());
@@ -31,9 +33,10 @@ bool IsInFolderOfCompanions(const fs::path& path) {
 }
 
 // In the case in which the stem has it; "" without one, or if nothing is in front of it.
-std::string SuffixOf(const std::string& stem) {
+template <size_t N>
+std::string SuffixOf(const std::string& stem, const std::array<std::string_view, N>& suffixes) {
   const std::string lower = LowerCase(stem);
-  for (const std::string_view suffix : kSuffixes) {
+  for (const std::string_view suffix : suffixes) {
     if (lower.size() <= suffix.size()) continue;
     const size_t at = lower.size() - suffix.size();
     if (lower.compare(at, suffix.size(), suffix) == 0) return stem.substr(at);
@@ -43,15 +46,22 @@ std::string SuffixOf(const std::string& stem) {
 
 bool MayBeCompanion(const fs::path& path) {
   return IsPngOrTiff(path) &&
-         (IsInFolderOfCompanions(path) || !SuffixOf(path.stem().string()).empty());
+         (IsInFolderOfCompanions(path) || !SuffixOf(path.stem().string(), kSuffixes).empty());
 }
 
-// Of each photo its path, and its path without the extension.
+std::string WithoutSuffix(const std::string& stem, const std::string& suffix) {
+  return stem.substr(0, stem.size() - suffix.size());
+}
+
+// Of each photo its path, without the extension, and without a suffix that says that it is one.
 Names NamesOfPhotos(const std::vector<fs::path>& photos) {
   Names names;
   for (const fs::path& photo : photos) {
     names.insert(photo.string());
-    names.insert((photo.parent_path() / photo.stem()).string());
+    const std::string stem = photo.stem().string();
+    names.insert((photo.parent_path() / stem).string());
+    const std::string suffix = SuffixOf(stem, kSuffixesOfPhotos);
+    names.insert((photo.parent_path() / WithoutSuffix(stem, suffix)).string());
   }
   return names;
 }
@@ -69,9 +79,9 @@ bool IsCompanion(const fs::path& path, const Names& photos) {
   const fs::path folder = path.parent_path();
   const std::string stem = path.stem().string();
   if (IsInFolderOfCompanions(path) && IsInOtherFolder(stem, folder, photos)) return true;
-  const std::string suffix = SuffixOf(stem);
+  const std::string suffix = SuffixOf(stem, kSuffixes);
   if (suffix.empty()) return false;
-  const std::string name = stem.substr(0, stem.size() - suffix.size());
+  const std::string name = WithoutSuffix(stem, suffix);
   return photos.count((folder / name).string()) > 0 || IsInOtherFolder(name, folder, photos);
 }
 
@@ -92,7 +102,8 @@ std::string KindOfCompanion(const fs::path& companion) {
   if (IsInFolderOfCompanions(companion)) {
     return "in " + Printable(companion.parent_path().filename().string());
   }
-  return "*" + Printable(SuffixOf(companion.stem().string()) + companion.extension().string());
+  return "*" +
+         Printable(SuffixOf(companion.stem().string(), kSuffixes) + companion.extension().string());
 }
 
 }  // namespace skein

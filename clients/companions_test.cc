@@ -31,6 +31,7 @@ TEST(Companions, AreBesideTheirPhotoWithASuffix) {
   all.push_back("1.jpg");
   EXPECT_EQ(Companions(all), companions);
   EXPECT_EQ(Companions(companions), Strings()) << "without the photo";
+  EXPECT_EQ(Companions({"1.color.jpg", "1.depth.png"}), Strings{"1.depth.png"});
 }
 
 TEST(Companions, AreInAFolderBesideTheirPhotos) {
