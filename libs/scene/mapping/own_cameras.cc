@@ -1,11 +1,14 @@
 #include "mapping/own_cameras.h"
 
+#include <cmath>
 #include <map>
 #include <set>
 #include <vector>
 
 #include "core/log.h"
 #include "map/bundle_builder.h"
+#include "mapping/two_groups.h"
+#include "sfm/camera.h"
 
 namespace skein {
 namespace {
@@ -45,6 +48,18 @@ std::map<CameraId, double> SumsOfSquares(const Bundle& bundle,
   return sums;
 }
 
+// ln f of the photos' own cameras, by the camera that the photos came to the bundle with.
+std::map<CameraId, std::vector<double>> LogFocals(const Bundle& bundle,
+                                                  const std::vector<CameraId>& camera_of_pose) {
+  std::map<CameraId, std::vector<double>> focals;
+  for (size_t i = 0; i < bundle.poses.size(); ++i) {
+    const BundleCamera& camera = bundle.cameras[bundle.poses[i].camera];
+    const size_t focal = CameraModelFocalLengthIdxs(camera.model_id)[0];
+    focals[camera_of_pose[i]].push_back(std::log(camera.params[focal]));
+  }
+  return focals;
+}
+
 }  // namespace
 
 bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
@@ -60,12 +75,15 @@ bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
   options.factor = nullptr;  // of other unknowns
   if (!SolveBundle(options, &bundle).usable) return false;
   const auto after = SumsOfSquares(bundle, camera_of_pose);
+  const auto log_focals = LogFocals(bundle, camera_of_pose);
   std::set<CameraId> left;
   for (const CameraId id : shared) {
     const double remaining = before.count(id) > 0 ? after.at(id) / before.at(id) : 1;
-    LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos", id,
-            remaining, map->camera_state(id).num_registered);
-    if (remaining < kMaxRemaining) left.insert(id);
+    const bool are_groups = remaining < 1 && AreTwoGroups(log_focals.at(id));
+    LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos{}", id,
+            remaining, map->camera_state(id).num_registered,
+            are_groups ? ", focal lengths of two groups" : "");
+    if (remaining < kMaxRemaining || are_groups) left.insert(id);
   }
   if (left.empty()) return false;
   // What stays shared keeps its parameters.
