@@ -6,6 +6,7 @@
 #include <unordered_set>
 
 #include "clients/folder_walk.h"
+#include "core/utf8.h"
 #include "photo/photo_name.h"
 
 namespace skein {

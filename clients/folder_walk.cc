@@ -9,6 +9,8 @@
 #include <system_error>
 #include <utility>
 
+#include "core/utf8.h"
+
 namespace skein {
 namespace {
 
@@ -83,11 +85,6 @@ class Walker {
 };
 
 }  // namespace
-
-std::string LowerCase(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
 
 bool IsSkippedName(const std::string& name) {
   if (!name.empty() && name[0] == '.') return true;

@@ -22,9 +22,6 @@ struct FolderWalk {
   std::vector<std::filesystem::path> unreadable;
 };
 
-// With ASCII letters in lower case, as names are compared here.
-std::string LowerCase(std::string text);
-
 // Hidden names (".thumbnails", ".Trash-1000", "._IMG.JPG") and, in any case, the names of folders
 // for thumbnails and trash: "@eaDir" and "#recycle" (Synology), "$RECYCLE.BIN", "System Volume
 // Information" and "Thumbs" (Windows), "__MACOSX" (archives of macOS).

@@ -19,6 +19,7 @@
 #include "codecs/image_decoding.h"
 #include "codecs/photo_encoding.h"
 #include "core/file.h"
+#include "core/utf8.h"
 #include "photo/heif.h"
 #include "photo/image_view.h"
 #include "photo/photo_header.h"

@@ -1,5 +1,7 @@
 #include "core/utf8.h"
 
+#include <algorithm>
+
 namespace skein {
 
 size_t Utf8Length(std::string_view text, size_t at) {
@@ -32,6 +34,13 @@ bool IsUtf8(std::string_view text) {
     at += length;
   }
   return true;
+}
+
+std::string LowerCase(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return text;
 }
 
 }  // namespace skein

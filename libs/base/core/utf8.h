@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <string>
 #include <string_view>
 
 namespace skein {
@@ -10,5 +11,8 @@ namespace skein {
 size_t Utf8Length(std::string_view text, size_t at);
 
 bool IsUtf8(std::string_view text);
+
+// The text with its ASCII letters in lower case.
+std::string LowerCase(std::string text);
 
 }  // namespace skein

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 
+#include "core/utf8.h"
 #include "transport/loopback.h"
 
 namespace skein {

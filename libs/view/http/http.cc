@@ -80,13 +80,6 @@ std::optional<HttpRequest> ParseTarget(std::string_view target) {
   return request;
 }
 
-std::string LowerCase(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return text;
-}
-
 std::string ContentTypeOf(const std::string& name) {
   static const std::map<std::string, std::string> types = {
       {".html", "text/html; charset=utf-8"},

@@ -86,9 +86,6 @@ using HttpHandler = std::function<void(const HttpRequest&, Respond)>;
 // absolute, a bad escape, a zero byte.
 std::optional<HttpRequest> ParseTarget(std::string_view target);
 
-// The text with its ASCII letters in lower case.
-std::string LowerCase(std::string text);
-
 // By a file's name; "application/octet-stream" for what is not known.
 std::string ContentTypeOf(const std::string& name);
 

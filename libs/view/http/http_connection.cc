@@ -10,6 +10,7 @@
 #include "core/clock.h"
 #include "core/file_below.h"
 #include "core/log.h"
+#include "core/utf8.h"
 #include "http/access.h"
 #include "transport/loopback.h"
 
