@@ -11,7 +11,8 @@ namespace skein {
 // intrinsics leave less than half of the camera's sum of squared errors, its photos get them
 // (SceneMap::GiveOwnCamera), with the poses and points that were found along. Photos of one camera
 // leave 0.78 or more, zoomed ones 0.15 to 0.49. Cropped photos among others leave up to 0.57: if
-// the own focal lengths are of two groups (two_groups.h), the photos get them as well. Maps of
+// they leave less than 0.75, and the own focal lengths are of two groups (two_groups.h), the photos
+// get them as well. Maps of
 // fewer than three photos, and fixed intrinsics, stay as they are. True if photos got any.
 bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 
