@@ -5,7 +5,6 @@
 #include <string_view>
 #include <unordered_set>
 
-#include "clients/folder_walk.h"
 #include "core/utf8.h"
 #include "photo/photo_name.h"
 
@@ -54,7 +53,7 @@ std::string WithoutSuffix(const std::string& stem, const std::string& suffix) {
   return stem.substr(0, stem.size() - suffix.size());
 }
 
-// Of each photo its path, without the extension, and without a suffix that says that it is one.
+// A photo has three names: its path, that without the extension, and without a photo's suffix, too.
 Names NamesOfPhotos(const std::vector<fs::path>& photos) {
   Names names;
   for (const fs::path& photo : photos) {

@@ -225,7 +225,6 @@ std::string FormatMerges(const json& merges, const json& ended) {
   return text;
 }
 
-// The last of a list of photos, each with what went wrong.
 // "  seconds in each stage (median)   ingest 0.10   features 0.42 (work 0.36)   ..."
 std::string FormatStages(const json& stages) {
   std::string text = "  seconds in each stage (median)";
@@ -241,6 +240,7 @@ std::string FormatStages(const json& stages) {
   return text + "\n";
 }
 
+// The last of a list of photos, each with what went wrong.
 std::string FormatPhotos(const json& photos) {
   std::string text;
   const size_t hidden = photos.size() > kMaxPhotosShown ? photos.size() - kMaxPhotosShown : 0;

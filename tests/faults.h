@@ -10,6 +10,7 @@
 #include <string>
 
 #include "event_loop/step_record.h"
+#include "node/service_options.h"
 
 namespace skein {
 
@@ -33,6 +34,22 @@ inline void InjectFaults(StepRecord* steps) {
       if (fault == "throw") throw std::runtime_error("injected into " + name);
       std::raise(fault == "crash" ? SIGSEGV : SIGKILL);
     }
+  });
+}
+
+// main of a service with faults. run(node, options) makes the service and runs the node.
+template <class Options, class Run>
+int RunWithFaults(const std::string& service, int argc, char** argv, const Run& run) {
+  NodeOptions node_options;
+  node_options.service = service;
+  Options options;
+  const std::string about = "skein-" + service + " with faults.";
+  if (const auto code = ParseServiceOptions(about.c_str(), argc, argv, &node_options, &options)) {
+    return *code;
+  }
+  return RunService(node_options, [&](Node& node) {
+    InjectFaults(&node.steps());
+    run(node, options);
   });
 }
 

@@ -164,13 +164,10 @@ std::optional<SeedChoice> SeedPolicy::ChooseIn(const std::vector<int64_t>& orpha
   const double least_angle_rad = DegToRad(limits::kInitialAnglesDeg.back());
   const auto best =
       BestPair(orphans, least_angle_rad, limits::kMinSeedInliers, kAnyMotion, directory);
-  if (situation.finishing) {
-    if (best) return best;
-    return BestPair(orphans, least_angle_rad, kMinInliersAtLast, kAnyMotion, directory);
-  }
-  const bool is_quiet = last_step == kRelaxQuietS.size();
-  return best && (is_quiet || IsOutlasted(*best, orphans, directory.session())) ? best
-                                                                                : std::nullopt;
+  const bool are_all_relaxed = last_step == kRelaxQuietS.size();
+  if (best && (are_all_relaxed || IsOutlasted(*best, orphans, directory.session()))) return best;
+  if (!situation.finishing) return std::nullopt;
+  return BestPair(orphans, least_angle_rad, kMinInliersAtLast, kAnyMotion, directory);
 }
 
 std::optional<SeedChoice> SeedPolicy::Choose(const SubmapDirectory& directory,

@@ -25,7 +25,8 @@ Status LastError(const std::string& what, const fs::path& path) {
 }
 
 constexpr size_t kHashPieceBytes = 1 << 20;
-// Of a temporary name: file systems take 255 bytes, and the rest tells it from others.
+// A temporary name begins with so much of the file's. File systems take 255 bytes, and the rest
+// tells it from others.
 constexpr size_t kMaxStemBytes = 200;
 constexpr char kSecondName[] = "a file with a second name";
 

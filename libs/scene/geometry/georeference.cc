@@ -24,13 +24,11 @@ using Points = std::vector<Eigen::Vector3d>;
 using Indices = std::vector<size_t>;
 
 constexpr double kMedianOfChi2[] = {1.386, 2.366};  // of 2 and 3 degrees of freedom
-constexpr double kInlierSigmas[] = {3.03, 3.37};    // 99 % of 2 and of 3 dimensions
 constexpr double kMaxSpreadOfViewsDeg = 20;         // of photos that all look straight down
 constexpr double kCauchySigmas = 2.385;             // 95 % efficiency for normal noise
 constexpr int kMaxIterations = 30;
-constexpr int kMinAgreeing = 4;               // and at least half of the photos with a position
-constexpr int kNumNeeded = kMinAgreeing + 1;  // with one more than must agree, a wrong one shows
-constexpr int kNumTriples = 500;              // tried
+constexpr int kMinAgreeing = kMinPositions - 1;  // and half of the photos with a position
+constexpr int kNumTriples = 500;                 // tried
 constexpr double kMinSigmaM = 0.02;     // positions are not taken for better than this, per axis
 constexpr double kMaxRotationDeg = 5;   // standard deviation of the rotation about its worst axis
 constexpr double kMaxScaleSigma = 0.1;  // relative standard deviation of the scale
@@ -454,17 +452,17 @@ class Estimator {
   std::vector<GeoResidual> photos_;  // not yet judged
 };
 
-bool HasEnough(const Photos& usable) { return static_cast<int>(usable.size()) >= kNumNeeded; }
+bool HasEnough(const Photos& usable) { return static_cast<int>(usable.size()) >= kMinPositions; }
 
-// Of photos with plausible positions. The reason of a refusal is that of the first attempt.
+// `usable`: photos with plausible positions. The reason of a refusal is that of the first attempt.
 Georeference Estimate(const GeodeticPosition& origin, const Photos& usable) {
   const Estimator estimator(origin, usable);
   if (!HasEnough(usable)) {
     return estimator.Refuse(Text("%.0f registered photos carry a position; it takes %.0f",
-                                 static_cast<double>(usable.size()), kNumNeeded));
+                                 static_cast<double>(usable.size()), kMinPositions));
   }
   Attempt with_altitudes;
-  const bool has_altitudes = estimator.num_altitudes() >= kNumNeeded;
+  const bool has_altitudes = estimator.num_altitudes() >= kMinPositions;
   if (has_altitudes) with_altitudes = estimator.Try(std::nullopt);
   Attempt level;
   for (const Eigen::Vector3d& up : UpDirections(usable)) {

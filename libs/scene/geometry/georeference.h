@@ -29,6 +29,12 @@ Eigen::Vector3d EnuFromGeodetic(const GeodeticPosition& origin, const GeodeticPo
 // altitudes; none where none is known. 0, 0 without a plausible position.
 GeodeticPosition EnuOrigin(const std::vector<GeodeticPosition>& positions);
 
+// Photos with a position that a georeference takes: one more than must agree, so that a wrong one
+// shows.
+inline constexpr int kMinPositions = 5;
+// A residual of an inlier is smaller, in sigmas: 99 % of 2 and of 3 dimensions.
+inline constexpr double kInlierSigmas[] = {3.03, 3.37};
+
 // A registered photo that carries a position.
 struct GeoPhoto {
   std::string name;

@@ -15,8 +15,6 @@ namespace {
 
 using Photos = std::vector<const GeoPhoto*>;
 
-constexpr size_t kMinPlaces = 5;       // as many positions as an estimate takes
-constexpr double kAgreeSigmas = 3.37;  // 99 % of three dimensions
 // Per axis. Phones have about 15 m (docs/measurements.md), and a few times that among houses.
 constexpr double kMaxReceiverSigmaM = 50;
 
@@ -70,7 +68,7 @@ class Reference {
   bool Agrees(const Photos& photos) const {
     std::vector<double> sigmas;
     for (const GeoPhoto* photo : photos) sigmas.push_back(OffsetM(*photo) / SigmaM(*photo));
-    return UpperMedian(sigmas) <= kAgreeSigmas;
+    return UpperMedian(sigmas) <= kInlierSigmas[1];
   }
 
  private:
@@ -84,7 +82,8 @@ class Reference {
     return in_space ? offset.norm() : offset.head<2>().norm();
   }
 
-  // Of a position and of the fit, whose errors of scale and rotation grow with the distance.
+  // Sigma of a position and the fit together. The fit's errors of scale and rotation grow with the
+  // distance.
   double SigmaM(const GeoPhoto& photo) const {
     const double relative = fit_.scale_sigma + DegToRad(fit_.rotation_sigma_deg);
     return fit_.sigma_m + relative * (CentreM(photo) - centre_m_).norm();
@@ -152,7 +151,7 @@ std::string DisagreeingAgent(const GeodeticPosition& origin, const Photos& photo
 std::string CauseOfRefusal(const Georeference& refused, const Photos& photos,
                            GeoreferenceOf estimate) {
   const size_t num_places = NumPlaces(photos);
-  if (num_places < kMinPlaces) return FewPlaces(num_places, photos.size());
+  if (num_places < kMinPositions) return FewPlaces(num_places, photos.size());
   const std::string agent = DisagreeingAgent(refused.origin, photos, estimate);
   if (!agent.empty()) return agent;
   if (refused.sigma_m <= kMaxReceiverSigmaM) return refused.reason;

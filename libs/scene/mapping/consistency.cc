@@ -58,7 +58,7 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.of_similar_place = true;
   found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
   found.photos = FindPhotosOfAnotherPlace(map_, first, options_.num_threads);
-  if (WouldBeMergedAgain(found.photos)) found.photos.clear();
+  if (!found.photos.empty() && WouldBeMergedAgain(found.photos)) found.photos.clear();
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
 }

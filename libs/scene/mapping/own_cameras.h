@@ -12,8 +12,8 @@ namespace skein {
 // (SceneMap::GiveOwnCamera), with the poses and points that were found along. Photos of one camera
 // leave 0.78 or more, zoomed ones 0.15 to 0.49. Cropped photos among others leave up to 0.57: if
 // they leave less than 0.75, and the own focal lengths are of two groups (two_groups.h), the photos
-// get them as well. Maps of
-// fewer than three photos, and fixed intrinsics, stay as they are. True if photos got any.
+// get them as well. Maps of fewer than three photos, and fixed intrinsics, stay as they are. True
+// if photos got any.
 bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 
 }  // namespace skein

@@ -1,6 +1,7 @@
 #include "mapping/two_groups.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <random>
 
@@ -21,11 +22,11 @@ constexpr int kMaxAsExtreme = 8;
 double ShareLeftByTwoGroups(std::vector<double> values) {
   const size_t n = values.size();
   if (n < 2 * kMinOfGroup) return 1;
-  std::sort(values.begin(), values.end());
   const double center = mean(values);
   double total = 0, sum = 0, most = 0;
   for (const double value : values) total += (value - center) * (value - center);
-  if (!(total > 0)) return 1;
+  if (!(total > 0 && std::isfinite(total))) return 1;  // a NaN has no place in an order
+  std::sort(values.begin(), values.end());
   for (size_t i = 1; i + kMinOfGroup <= n; ++i) {
     sum += values[i - 1] - center;
     const double size = static_cast<double>(i);

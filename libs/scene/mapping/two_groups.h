@@ -6,7 +6,8 @@ namespace skein {
 
 // Least share of the squared deviations from the mean that is left by the means of two groups. A
 // value splits the groups, each has three values or more. Photos on false poses come in ones and
-// twos. 1 for fewer than six values, and where all are equal.
+// twos. 1 for fewer than six values, where all are equal, and where one is not
+// finite.
 double ShareLeftByTwoGroups(std::vector<double> values);
 
 // Whether that share is smaller than one normal distribution explains: p < 0.001, by a parametric

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 #include <vector>
 
@@ -13,6 +14,8 @@ TEST(TwoGroups, ShareLeftIsThatOfTheBestSplit) {
   EXPECT_NEAR(ShareLeftByTwoGroups(values), 0.04 / 6.04, 1e-12);
   EXPECT_EQ(ShareLeftByTwoGroups({1, 2, 3, 4, 5}), 1);
   EXPECT_EQ(ShareLeftByTwoGroups({2, 2, 2, 2, 2, 2, 2}), 1);
+  EXPECT_EQ(ShareLeftByTwoGroups({1, 2, NAN, 1, 2, 1, 2}), 1);
+  EXPECT_EQ(ShareLeftByTwoGroups({1, 2, -INFINITY, 1, 2, 1, 2}), 1);
 }
 
 // As south-building's ten photos, five of them cropped.

@@ -105,7 +105,7 @@ std::optional<Diagnosis> OfOneSpot(const CovisibilityGraph& graph, int64_t image
   return std::nullopt;
 }
 
-// Of a photo that no map has tried, though its turn has come.
+// The photo's turn has come, and no map has tried it.
 std::optional<Diagnosis> WithoutInitialPair(const std::vector<Edge>& edges, int num_inliers,
                                             const std::string& best) {
   if (num_inliers < limits::kMinPoseInliers) return std::nullopt;

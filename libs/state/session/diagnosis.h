@@ -49,9 +49,9 @@ const char* TrialCauseName(int8_t registration_cause);
 
 // Cause and remedy for a photo that is registered in no submap. If several causes hold, the first
 // in the order light, blur, texture, overlap, geometry, map is returned; a photo with a pair of
-// limits::kMinSeedInliers is bright, sharp and textured enough. A pure function of the
-// facts. Limits of geometry are those of core/limits.h; limits of light, blur and texture are
-// constants of diagnosis.cc (kDark, kBright, kBlurred, kBareCoverage, kBareKeypoints).
+// limits::kMinSeedInliers is bright, sharp and textured enough. A pure function of the facts.
+// Limits of geometry are those of core/limits.h; limits of light, blur and texture are constants of
+// diagnosis.cc (kDark, kBright, kBlurred, kBareCoverage, kBareKeypoints).
 Diagnosis Diagnose(const SessionState& state, const PhotoState& photo);
 
 }  // namespace skein

@@ -37,6 +37,16 @@ class DiagnosisTest : public testing::Test {
     trial.reason = reason;
     ledger_.Commit(trial);
   }
+  // A ledger of photos 2 and 3, which `pair` links. None is in a map.
+  static void LinkTwo(two_view_t pair, TestLedger* ledger) {
+    for (const int64_t id : {2, 3}) ledger->Describe(id, 1);
+    ledger->Matches(2, {});
+    pair.other_id = 2;
+    ledger->Matches(3, {pair});
+  }
+  static Diagnosis OfThree(const TestLedger& ledger) {
+    return Diagnose(ledger.state(), *ledger.state().FindPhoto(3));
+  }
   Diagnosis Get() const { return Diagnose(ledger_.state(), *ledger_.state().FindPhoto(2)); }
   Cause OfPhoto(void (*change)(features_t*)) {
     TestLedger ledger;
@@ -92,14 +102,10 @@ TEST_F(DiagnosisTest, AWeakOverlapTellsHowMuchIsLackingAndWhere) {
 }
 
 TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
-  const auto of_three_with = [this](const two_view_t& pair) {
+  const auto of_three_with = [](const two_view_t& pair) {
     TestLedger ledger;
-    for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
-    ledger.Matches(2, {});
-    two_view_t with_two = pair;
-    with_two.other_id = 2;
-    ledger.Matches(3, {with_two});
-    return Diagnose(ledger.state(), *ledger.state().FindPhoto(3)).cause;
+    LinkTwo(pair, &ledger);
+    return OfThree(ledger).cause;
   };
   EXPECT_EQ(of_three_with(Pair(400, kPanoramic, 0)), Cause::kRotationOnly);
   EXPECT_EQ(of_three_with(Pair(60, kPlanar, 0.1F)), Cause::kPlanarOnly);
@@ -112,12 +118,8 @@ TEST_F(DiagnosisTest, PairsThatNoMapCanBeginWith) {
 // A turntable's background may look like a rotation (matching/overlay.h).
 TEST_F(DiagnosisTest, OfOneSpotTheRemedyHelpsBeforeATurntableToo) {
   TestLedger ledger;
-  for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
-  ledger.Matches(2, {});
-  two_view_t pair = Pair(400, kPanoramic, 0);
-  pair.other_id = 2;
-  ledger.Matches(3, {pair});
-  const std::string remedy = Diagnose(ledger.state(), *ledger.state().FindPhoto(3)).remedy;
+  LinkTwo(Pair(400, kPanoramic, 0), &ledger);
+  const std::string remedy = OfThree(ledger).remedy;
   EXPECT_EQ(remedy.find("take a step sideways"), 0u) << remedy;
   EXPECT_NE(remedy.find("cover what stands still"), std::string::npos) << remedy;
 }
@@ -155,14 +157,10 @@ TEST_F(DiagnosisTest, APhotoThatNobodyTriedYetWaits) {
 
 TEST_F(DiagnosisTest, AStrongPairThatBeganNoMapIsNoWeakOverlap) {
   TestLedger ledger;
-  for (const int64_t id : {2, 3}) ledger.Describe(id, 1);
-  ledger.Matches(2, {});
-  two_view_t pair = Pair(400, kCalibrated, 0.1F);
-  pair.other_id = 2;
-  ledger.Matches(3, {pair});
+  LinkTwo(Pair(400, kCalibrated, 0.1F), &ledger);
   ledger.Finish(finish_t::REQUESTED);
   ledger.Finish(finish_t::SETTLED);
-  const Diagnosis told = Diagnose(ledger.state(), *ledger.state().FindPhoto(3));
+  const Diagnosis told = OfThree(ledger);
   EXPECT_EQ(told.cause, Cause::kNoInitialPair);
   EXPECT_NE(told.what.find("which share 400 points"), std::string::npos) << told.what;
 }

@@ -516,7 +516,7 @@ TEST_F(SessionApiTest, ModelsCanBeSaved) {
   EXPECT_EQ(StatusOf("/download/other"), 404);
 }
 
-// Of a worker, or of a folder that was sent: 8 bytes a match, and a hundred in the answer.
+// A worker's pair, or one of a folder that was sent: 8 bytes a match, and a hundred in the answer.
 TEST_F(SessionApiTest, RefusesMoreMatchesThanAPhotoHasKeypoints) {
   matches_t matches{};
   for (size_t i = 0; i < scene_.pairs.size() && matches.num_pairs == 0; ++i) {
