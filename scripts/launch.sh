@@ -362,6 +362,8 @@ note_death() {
   # Told once, not by each service: no network lets any of them in.
   ((is_started || status != 1)) || [[ $(last_words "$instance") != *"cannot reach udpm:"* ]] || fatal "$(last_words "$instance")"
   ((status <= 128)) || exit_signal[$instance]=$((status - 128))
+  # Another session took the port after this one had found it free.
+  [[ $instance != web || $(last_words web) != *" is taken: "* ]] || { remove_instance web; add_web; }
   wait_ms=${backoff_ms[$instance]}
   warn "$instance ended ($(how_it_ended "$instance" "$status")); it is started again in $((wait_ms / 1000)).$((wait_ms % 1000 / 100)) s (log: $session/log/$instance.log)"
   unset "hung_s[$instance]"

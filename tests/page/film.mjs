@@ -1,12 +1,14 @@
-// A picture of the live view every few seconds, until its standard input ends: node film.mjs URL FOLDER PERIOD_S
+// A picture of the live view every few seconds, until its standard input ends: node film.mjs URL FOLDER PERIOD_S [SHOWN]
+// SHOWN: points, surface or mesh.
 import { join } from 'node:path';
 import { openBrowser } from './browser.mjs';
 
-const [url, folder, periodS] = process.argv.slice(2);
+const [url, folder, periodS, shown = 'points'] = process.argv.slice(2);
 let goesOn = true;
 process.stdin.on('end', () => (goesOn = false)).resume();
 
 const browser = await openBrowser({ width: 960, height: 600, antialias: true });
+await browser.page.addInitScript((choice) => localStorage.setItem('skein.points', choice), shown);
 await browser.page.goto(url);
 await browser.until('the page is connected', (s) => s.connected && s.synced);
 for (let n = 0; goesOn; ++n) {

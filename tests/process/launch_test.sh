@@ -224,6 +224,27 @@ status=0
   (($(wc -l <"$workspace/unreachable.out") == 1)) || fail "without multicast: $status, $(<"$workspace/unreachable.out")"
 ln -sf skein-ingest "$workspace/bin/skein-web"
 
+# Two launches find the same port free: the second one to take it goes on to the next.
+cat >"$workspace/bin/late" <<LATE
+#!/usr/bin/env bash
+for ((i = 1; i <= \$#; ++i)); do [[ \${!i} != --port ]] || { ((++i)); port=\${!i}; }; done
+[[ -e $workspace/taken_port ]] && exec "$workspace/bin/skein-ingest" "\$@"
+python3 -m http.server --bind 127.0.0.1 "\$port" >/dev/null 2>&1 9>&- &
+echo \$! >"$workspace/other_pid"
+until curl -s -o /dev/null "127.0.0.1:\$port"; do :; done
+echo "\$port" >"$workspace/taken_port"
+echo "skein-web (web): 127.0.0.1 port \$port is taken: give another one with --port"
+exit 1
+LATE
+chmod +x "$workspace/bin/late"
+ln -sf late "$workspace/bin/skein-web"
+start_services "$workspace/beside" udpm://239.255.76.67:7667?ttl=0 --web 8470 >"$workspace/beside.out" 2>&1
+kill "$(<"$workspace/other_pid")"
+[[ $(<"$workspace/taken_port") == 8470 ]] && grep -qx 'view: http://127.0.0.1:8471/' <(sed 's/^== //' "$workspace/beside.out") ||
+  fail "the port was taken: $(<"$workspace/beside.out")"
+stop_services
+ln -sf skein-ingest "$workspace/bin/skein-web"
+
 # A signal to the whole process group, again and again while launch.sh waits for a service and while it stops.
 cat >"$workspace/bin/slow" <<'SERVICE'
 #!/usr/bin/env bash
