@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "session/photo_homes.h"
+
 namespace skein {
 namespace {
 
@@ -55,6 +57,12 @@ std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirect
   return directory.WithNeighbours(pair, std::move(images), kMaxLinkedImages);
 }
 
+// Two photos that a larger map holds: such a submap ends with the finish, and has nothing to add.
+bool IsNeedlessPair(const SessionState& session, int64_t submap_id) {
+  return session.FindSubmap(submap_id)->num_registered <= 2 &&
+         HolderOfAll(session, submap_id) != 0;
+}
+
 }  // namespace
 
 void MergeEvidence::Note(const SubmapDirectory::Overlaps& overlaps, int64_t utime_us) {
@@ -93,6 +101,10 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
       continue;
     }
     if (best && overlap.size() <= best->num_images) continue;
+    if (finishing &&
+        (IsNeedlessPair(session, pair.first) || IsNeedlessPair(session, pair.second))) {
+      continue;
+    }
     const bool a_is_smaller = session.FindSubmap(pair.first)->num_registered <
                               session.FindSubmap(pair.second)->num_registered;
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};

@@ -1,6 +1,5 @@
 #include "mapping/consistency.h"
 
-#include <algorithm>
 #include <set>
 
 #include "core/threads.h"
@@ -54,28 +53,13 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.photos = FindMisplaced(map_);
   found.refusal = {Refusal::Cause::kContradicted,
                    "in a part of the map that most matches contradict"};
-  if (!found.photos.empty() && !OnlySimilarStructuresContradict(found.photos)) return found;
+  if (!found.photos.empty() && !OnlySimilarStructuresContradict(map_, found.photos)) return found;
   found.of_similar_place = true;
   found.refusal = {Refusal::Cause::kSimilarPlace, "of another, visually similar place"};
   found.photos = FindPhotosOfAnotherPlace(map_, first, options_.num_threads);
   if (!found.photos.empty() && WouldBeMergedAgain(found.photos)) found.photos.clear();
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
   return found;
-}
-
-// Two sides of one house that look alike match, though they stand where they should. `photos`:
-// ascending.
-bool Consistency::OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const {
-  std::vector<std::pair<ImageId, ImageId>> pairs;
-  for (const ImageId id : photos) {
-    for (const auto& [other, inliers] : map_.Neighbours(id)) {
-      if (!map_.IsRegistered(other) || std::binary_search(photos.begin(), photos.end(), other))
-        continue;
-      const Votes votes = CountVotes(map_, id, other);
-      if (votes.contradict > votes.agree) pairs.emplace_back(id, other);
-    }
-  }
-  return AreOfSimilarStructures(map_, pairs);
 }
 
 bool Consistency::WouldBeMergedAgain(const std::vector<ImageId>& photos) const {

@@ -48,7 +48,6 @@ class Consistency {
   std::vector<ImageId> FindPhotosWithTooManyMissingCells() const;
 
  private:
-  bool OnlySimilarStructuresContradict(const std::vector<ImageId>& photos) const;
   // Whether a merge would join `photos` and the map's other photos: most pairs of photos across
   // show one place (ComparePlaces). Two spectral bands of one wall may have different cells in a
   // few pairs. Withdrawn, such photos would begin a map that is merged, and be withdrawn again.

@@ -1,5 +1,6 @@
 #include "mapping/misplaced.h"
 
+#include <algorithm>
 #include <set>
 
 #include "core/limits.h"
@@ -84,6 +85,19 @@ bool AreOfSimilarStructures(const SceneMap& map,
     if (pose) votes.Add(CompareWithPhoto(map, id, *pose, other));
   }
   return ShowsAnotherPlace(votes);
+}
+
+bool OnlySimilarStructuresContradict(const SceneMap& map, const std::vector<ImageId>& photos) {
+  std::vector<std::pair<ImageId, ImageId>> pairs;
+  for (const ImageId id : photos) {
+    for (const auto& [other, inliers] : map.Neighbours(id)) {
+      if (!map.IsRegistered(other) || std::binary_search(photos.begin(), photos.end(), other))
+        continue;
+      const Votes votes = CountVotes(map, id, other);
+      if (votes.contradict > votes.agree) pairs.emplace_back(id, other);
+    }
+  }
+  return AreOfSimilarStructures(map, pairs);
 }
 
 std::vector<ImageId> FindMisplaced(const SceneMap& map) {

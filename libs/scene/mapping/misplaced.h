@@ -39,6 +39,10 @@ bool IsTorn(const Votes& common_points);
 bool AreOfSimilarStructures(const SceneMap& map,
                             const std::vector<std::pair<ImageId, ImageId>>& pairs);
 
+// AreOfSimilarStructures of the pairs by which registered photos outside of `photos` contradict
+// these. `photos`: registered, ascending.
+bool OnlySimilarStructuresContradict(const SceneMap& map, const std::vector<ImageId>& photos);
+
 // Registered photos in parts of the map that stand in the wrong place. Repeated structure can tie a
 // photo to a wrong spot by a few matches that agree, and then all that grows from it. Once the
 // right neighbours are registered, many more matches between the two parts contradict. Photos are

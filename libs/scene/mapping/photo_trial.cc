@@ -40,9 +40,11 @@ Verdict PhotoTrial::Judge() const {
   return {};
 }
 
-// Many matches contradict the photo's pose. Of the photo and the photos that its matches lead to,
-// those with more agreeing matches stay.
+// Many matches contradict the photo's pose. These may be of similar structures, as of the four
+// equal sides of a plinth. Else, of the photo and the photos that its matches lead to, those with
+// more agreeing matches stay.
 Verdict PhotoTrial::JudgeAgainstNeighbours() const {
+  if (OnlySimilarStructuresContradict(map_, {id_})) return {};
   std::vector<ImageId> misplaced = FindMisplacedAround(map_, id_);
   const bool is_misplaced = std::count(misplaced.begin(), misplaced.end(), id_) > 0;
   if (misplaced.empty() || is_misplaced) {

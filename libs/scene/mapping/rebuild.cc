@@ -1,10 +1,12 @@
 #include "mapping/rebuild.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 #include <vector>
 
 #include "core/limits.h"
+#include "core/log.h"
 #include "mapping/global_map.h"
 #include "mapping/misplaced.h"
 #include "mapping/supported_photos.h"
@@ -27,13 +29,13 @@ std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap) {
 }
 
 // The photos that it must not place.
-std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held) {
+std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held, bool takes_similar) {
   std::set<ImageId> ids;
   for (const ImageId id : submap.map().photos()) {
     const WaitingPhotos& waiting = submap.waiting();
     const bool is_free =
-        submap.map().IsRegistered(id) ||
-        ((takes_held || !waiting.IsHeldElsewhere(id)) && !waiting.MatchesSimilarPlace(id));
+        submap.map().IsRegistered(id) || ((takes_held || !waiting.IsHeldElsewhere(id)) &&
+                                          (takes_similar || !waiting.MatchesSimilarPlace(id)));
     if (!is_free || waiting.left_out().count(id) > 0) ids.insert(id);
   }
   return ids;
@@ -50,23 +52,92 @@ void EnqueuePhotos(const Submap& submap, bool takes_held, const std::set<ImageId
   }
 }
 
-}  // namespace
+// Verified pairs of photos that may be placed, those with most matches first.
+std::vector<std::pair<ImageId, ImageId>> StrongestPairs(const SceneMap& map,
+                                                        const std::set<ImageId>& without) {
+  std::vector<std::pair<ImageId, ImageId>> pairs;
+  for (const auto& [id1, id2] : map.pairs()) {
+    if (without.count(id1) == 0 && without.count(id2) == 0) pairs.emplace_back(id1, id2);
+  }
+  std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) {
+    return map.Neighbours(a.first).at(a.second) > map.Neighbours(b.first).at(b.second);
+  });
+  return pairs;
+}
 
-std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
-                                bool is_growing) {
-  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
-  std::unique_ptr<Submap> anew = CopyWithoutModel(submap);
+bool StartWithAny(const std::vector<std::pair<ImageId, ImageId>>& pairs, Submap* anew) {
+  constexpr size_t kMaxPairs = 20;
+  InitialPairOptions options;
+  for (const double angle_deg : limits::kInitialAnglesDeg) {
+    options.min_triangulation_angle_deg = angle_deg;
+    for (size_t i = 0; i < std::min(pairs.size(), kMaxPairs); ++i) {
+      if (anew->options().IsStopped()) return false;
+      const auto& [id1, id2] = pairs[i];
+      if (anew->Start(options, id1, id2, Ignore).status.ok()) return true;
+    }
+  }
+  return false;
+}
+
+bool PlaceGlobally(const std::set<ImageId>& without, ImageId first, bool is_growing, Submap* anew) {
   MapGlobally(anew->options(), without, &anew->map());
   if (is_growing) KeepSupportedPhotos(&anew->map());
   const Reconstruction model = anew->map().reconstruction();
-  if (model.NumRegImages() < 3) return nullptr;
+  if (model.NumRegImages() < 3) return false;
   SubmapState state;
   state.first = model.IsImageRegistered(first) ? first : model.RegImageIds().front();
-  if (!anew->Restore(model, state).ok()) return nullptr;
+  return anew->Restore(model, state).ok();
+}
+
+// Registers photos in an empty submap; false: there is none to register.
+using PlacePhotos = std::function<bool(const std::set<ImageId>& without, Submap* empty)>;
+
+std::unique_ptr<Submap> MapAgain(const Submap& submap, bool takes_held, bool takes_similar,
+                                 const PlacePhotos& place) {
+  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held, takes_similar);
+  std::unique_ptr<Submap> anew = CopyWithoutModel(submap);
+  if (!place(without, anew.get())) return nullptr;
   anew->NoteMappedAnew();
   EnqueuePhotos(submap, takes_held, without, anew.get());
   anew->RefineUntilStable(Ignore);
   return anew;
+}
+
+MatchAgreement AgreementOf(const Submap& submap) {
+  return CountMatches(submap.options(), submap.map(), submap.waiting());
+}
+
+bool IsBest(const Submap& submap) { return !MayWinMatches(submap.options(), AgreementOf(submap)); }
+
+bool HasMoreMatches(const Submap* grown, const Submap* global) {
+  if (grown == nullptr || global == nullptr) return grown != nullptr;
+  const int64_t of_grown = AgreementOf(*grown).agreeing, of_global = AgreementOf(*global).agreeing;
+  LogInfo("mapped again, one by one: {} photos, {} matches agree; all at once: {}, {}",
+          grown->map().reconstruction().NumRegImages(), of_grown,
+          global->map().reconstruction().NumRegImages(), of_global);
+  return of_grown > of_global;
+}
+
+}  // namespace
+
+std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
+                                bool is_growing) {
+  const auto globally = [&](const std::set<ImageId>& without, Submap* empty) {
+    return PlaceGlobally(without, first, is_growing, empty);
+  };
+  const auto from_pair = [&](const std::set<ImageId>& without, Submap* empty) {
+    return StartWithAny(StrongestPairs(submap.map(), without), empty);
+  };
+  std::unique_ptr<Submap> global = MapAgain(submap, takes_held, false, globally);
+  if (is_growing || submap.options().IsStopped() || (global != nullptr && IsBest(*global)))
+    return global;
+  std::unique_ptr<Submap> grown = MapAgain(submap, takes_held, takes_held, from_pair);
+  return HasMoreMatches(grown.get(), global.get()) ? std::move(grown) : std::move(global);
+}
+
+bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {
+  return static_cast<double>(agreement.to_win) >=
+         options.min_rebuild_gain * static_cast<double>(agreement.agreeing);
 }
 
 MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,

@@ -8,11 +8,16 @@
 namespace skein {
 
 // A submap of the same photos and matches, mapped again: all photos with verified pairs at once
-// (global_map.h), then one by one those that could not be placed so. Photos that are not registered
-// and match a visually similar place are left out, and those that other submaps hold, unless
-// `takes_held`. A photo without the support that a growing map asks for stays out if photos are
-// still to come, `is_growing` (supported_photos.h). `first` stays the first photo of the new
-// submap if it is registered there. Null if no map comes of it.
+// (global_map.h), then one by one those that could not be placed so. If that map may win matches
+// itself, a second one grows from the strongest pair, the most promising photo first, and the one
+// with more agreeing matches is returned. An object with equal sides needs the second one: pairs of
+// different sides agree with each other, and fold a map of all pairs.
+//
+// Photos that are not registered and match a visually similar place are left out, and those that
+// other submaps hold, unless `takes_held`: then the second map takes both. A photo without the
+// support that a growing map asks for stays out if photos are still to come, `is_growing`
+// (supported_photos.h); there is no second map then. `first` stays the first photo of the global
+// map if it is registered there. Null if no map comes of it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing);
 
@@ -25,6 +30,9 @@ struct MatchAgreement {
   int64_t to_win = 0;
   int num_left_out = 0;  // strong pairs of which one photo is left out
 };
+
+// Whether another map may win enough of them to replace this one.
+bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement);
 
 // Visits all matches; means nothing where the options say stop.
 MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,

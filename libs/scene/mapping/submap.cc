@@ -452,9 +452,7 @@ void Submap::BeginAnewIfSmall(const EventSink& sink) {
 
 // While photos come, a single one that is left out is no reason.
 bool Submap::MayWin(const Batch& batch, const MatchAgreement& now) const {
-  return (!batch.is_growing && now.num_left_out > 0) ||
-         static_cast<double>(now.to_win) >=
-             options_.min_rebuild_gain * static_cast<double>(now.agreeing);
+  return (!batch.is_growing && now.num_left_out > 0) || MayWinMatches(options_, now);
 }
 
 // Two maps agree with about as many matches if these differ by min_rebuild_gain. Then more photos
