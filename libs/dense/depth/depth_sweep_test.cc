@@ -50,7 +50,7 @@ TEST(DepthSweep, FindsASlantedWall) {
   EXPECT_GT(quality.right, 0.95);
 }
 
-// As in a room: 128 planes from the table to the wall would be 9 % of the wall's depth apart.
+// As in a room: 128 planes from the table to the wall would be 11 % of its depth apart.
 TEST(DepthSweep, FindsAFarWallThoughSomethingMayBeNear) {
   Wall wall;
   wall.camera = {320, 240, {300, 300}, {160, 120}};
