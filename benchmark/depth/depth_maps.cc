@@ -16,6 +16,7 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "benchmark/depth/depth_losses.h"
 #include "benchmark/depth/depth_truth.h"
 #include "benchmark/depth/rgbd_scene.h"
 #include "depth/model_depths.h"
@@ -30,7 +31,7 @@ struct Arguments {
   std::string model, images, surfaces, rgbd, output;
   RgbdRig rig;
   size_t most = 1000;
-  bool sgbm = false;
+  bool sgbm = false, losses = false;
   int size_px = 800;
   InstructionSet kernel = FastestInstructionSet();
 };
@@ -209,9 +210,11 @@ void WritePictures(const std::string& folder, const DepthScene& scene, const Dep
 }
 
 json FiguresOf(const DepthInput& input, const std::vector<DepthMap>& maps,
-               const std::vector<cv::Mat1f>& truths) {
+               const std::vector<cv::Mat1f>& truths, const std::vector<cv::Mat1b>& seen) {
   DepthFigures figures;
-  for (size_t i = 0; i < truths.size(); ++i) figures.Add(maps[i], truths[i], input.photos[i].grey);
+  for (size_t i = 0; i < truths.size(); ++i) {
+    figures.Add(maps[i], truths[i], input.photos[i].grey, seen.empty() ? cv::Mat1b() : seen[i]);
+  }
   json out = truths.empty() ? json::object() : figures.ToJson();
   out["completeness_of_photos"] = MeanCompleteness(maps);
   return out;
@@ -224,6 +227,8 @@ json Run(const Arguments& arguments) {
   const std::vector<DepthMap> maps = Sweep(arguments, input, &times);
   const std::vector<DepthMap> kept = Agreed(input, maps, &times);
   std::vector<cv::Mat1f> truths;
+  std::vector<cv::Mat1b> seen;
+  json losses;
   if (!arguments.rgbd.empty()) {
     for (size_t i = 0; i < scene.names.size(); ++i) {
       truths.push_back(
@@ -234,15 +239,21 @@ json Run(const Arguments& arguments) {
     for (const DepthPhoto& photo : input.photos) {
       truths.push_back(TrueDepth(surfaces, photo.camera, photo.cam_from_world));
     }
+    const TruePlace place(surfaces, input.photos);
+    for (size_t i = 0; i < truths.size(); ++i) {
+      seen.push_back(place.SeenByThree(static_cast<int>(i), truths[i]));
+    }
+    if (arguments.losses) losses = LossesOf(input, maps, kept, place, truths);
   }
-  json out = {{"single", FiguresOf(input, maps, truths)},
-              {"agreed", FiguresOf(input, kept, truths)}};
+  json out = {{"single", FiguresOf(input, maps, truths, seen)},
+              {"agreed", FiguresOf(input, kept, truths, seen)}};
   if (arguments.sgbm) {
     const std::vector<DepthMap> pairs = SgbmMaps(input, &times);
-    out["stereo_sgbm"] = FiguresOf(input, pairs, truths);
-    out["stereo_sgbm_agreed"] = FiguresOf(input, Agreed(input, pairs, &times), truths);
+    out["stereo_sgbm"] = FiguresOf(input, pairs, truths, seen);
+    out["stereo_sgbm_agreed"] = FiguresOf(input, Agreed(input, pairs, &times), truths, seen);
   }
   out["cpu_seconds_a_photo"] = times;
+  if (arguments.losses) out["losses"] = losses;
   if (!arguments.rgbd.empty()) {
     out["grey_difference_of_frames"] = RgbdGreyDifference(arguments.rgbd, arguments.rig, 20);
   }
@@ -273,6 +284,7 @@ int Main(int argc, char** argv) {
   app.add_option("--most", arguments.most, "Photos, the first by name");
   app.add_option("--kernel", kernel, "portable, avx2 or avx512");
   app.add_flag("--sgbm", arguments.sgbm, "Compare with OpenCV's StereoSGBM");
+  app.add_flag("--losses", arguments.losses, "Why pixels have no agreed depth; with --surfaces");
   CLI11_PARSE(app, argc, argv);
   if (!arguments.rgbd.empty()) arguments.images = arguments.rgbd;
   try {

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "benchmark/support/ply_mesh.h"
+#include "core/angles.h"
 
 namespace skein {
 namespace {
@@ -33,18 +34,6 @@ float Quantile(std::vector<float> values, double part) {
   const auto at = values.begin() + static_cast<size_t>(part * (values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
-}
-
-cv::Mat1b Textured(const cv::Mat1b& grey) {
-  cv::Mat1f values, mean, squares;
-  grey.convertTo(values, CV_32F);
-  cv::boxFilter(values, mean, -1, {7, 7});
-  cv::boxFilter(values.mul(values), squares, -1, {7, 7});
-  return squares - mean.mul(mean) >= kTextured * kTextured;
-}
-
-double Share(size_t part, size_t all) {
-  return all == 0 ? 0 : static_cast<double>(part) / static_cast<double>(all);
 }
 
 }  // namespace
@@ -78,20 +67,71 @@ cv::Mat1f TrueDepth(const sim::Scene& scene, const DepthCamera& camera, const De
   return depth;
 }
 
-void DepthFigures::Add(const DepthMap& map, const cv::Mat1f& truth, const cv::Mat1b& grey) {
+cv::Mat1b Textured(const cv::Mat1b& grey) {
+  cv::Mat1f values, mean, squares;
+  grey.convertTo(values, CV_32F);
+  cv::boxFilter(values, mean, -1, {7, 7});
+  cv::boxFilter(values.mul(values), squares, -1, {7, 7});
+  return squares - mean.mul(mean) >= kTextured * kTextured;
+}
+
+Eigen::Vector3d TruePlace::Point(int photo, int x, int y, float depth) const {
+  const DepthPhoto& of = photos_[photo];
+  return of.cam_from_world.ToWorld(depth * of.camera.Ray({x + 0.5, y + 0.5}).homogeneous());
+}
+
+bool TruePlace::SeesToo(int photo, int other, const Eigen::Vector3d& point) const {
+  constexpr double kMinAngle = 1, kMaxAngle = 45;  // degrees
+  constexpr float kBeforePoint = 1 - 1e-3f;        // of the way to it
+  const DepthPhoto& to = photos_[other];
+  const Eigen::Vector3d in_camera =
+      to.cam_from_world.rotation * point + to.cam_from_world.translation;
+  if (in_camera.z() <= 0) return false;
+  const Eigen::Array2d pixel = to.camera.Pixel(in_camera.hnormalized());
+  const Eigen::Array2d size(to.camera.width, to.camera.height);
+  if ((pixel < 0).any() || (pixel >= size).any()) return false;
+  const Eigen::Vector3d here = photos_[photo].cam_from_world.Centre() - point;
+  const Eigen::Vector3d there = to.cam_from_world.Centre() - point;
+  const double degrees = RadToDeg(std::atan2(here.cross(there).norm(), here.dot(there)));
+  if (degrees < kMinAngle || degrees > kMaxAngle) return false;
+  return !scene_.Occluded((there + point).cast<float>(), (-there).cast<float>(), kBeforePoint);
+}
+
+bool TruePlace::IsSeenByThree(int photo, const Eigen::Vector3d& point) const {
+  int count = 0;
+  for (int other = 0; other < static_cast<int>(photos_.size()) && count < 2; ++other) {
+    count += other != photo && SeesToo(photo, other, point);
+  }
+  return count == 2;
+}
+
+cv::Mat1b TruePlace::SeenByThree(int photo, const cv::Mat1f& truth) const {
+  cv::Mat1b seen(truth.size(), uint8_t{0});
+  for (int y = 0; y < truth.rows; ++y) {
+    for (int x = 0; x < truth.cols; ++x) {
+      if (!(truth(y, x) > 0)) continue;
+      if (IsSeenByThree(photo, Point(photo, x, y, truth(y, x)))) seen(y, x) = 255;
+    }
+  }
+  return seen;
+}
+
+void DepthFigures::Add(const DepthMap& map, const cv::Mat1f& truth, const cv::Mat1b& grey,
+                       const cv::Mat1b& seen) {
   const cv::Mat1b textured = Textured(grey);
   for (int y = 0; y < truth.rows; ++y) {
     for (int x = 0; x < truth.cols; ++x) {
       const float depth = map.depth(y, x), true_depth = truth(y, x);
+      const bool is_found = depth > 0, is_seen = !seen.empty() && seen(y, x) != 0;
       if (!(true_depth > 0)) {
-        invented_ += depth > 0;
+        invented_ += is_found;
         continue;
       }
-      ++surface_;
-      textured_ += textured(y, x) != 0;
-      if (!(depth > 0)) continue;
-      ++found_;
-      textured_found_ += textured(y, x) != 0;
+      surface_.Add(is_found);
+      if (textured(y, x) != 0) textured_.Add(is_found);
+      if (is_seen) seen_.Add(is_found);
+      if (is_seen && textured(y, x) != 0) seen_textured_.Add(is_found);
+      if (!is_found) continue;
       samples_.push_back({map.error(y, x), std::abs(depth - true_depth),
                           true_depth / static_cast<float>(map.camera.focal_px.x()), true_depth});
     }
@@ -106,13 +146,19 @@ nlohmann::json DepthFigures::ToJson() const {
     within_1 += s.error <= 0.01f * s.depth;
     within_2 += s.error <= 0.02f * s.depth;
   }
-  return {{"within_1_percent", Share(within_1, found_ + invented_)},
-          {"within_2_percent", Share(within_2, found_ + invented_)},
-          {"completeness", Share(found_, surface_)},
-          {"completeness_textured", Share(textured_found_, textured_)},
-          {"in_sky", Share(invented_, found_ + invented_)},
-          {"median_error_gsd", Quantile(in_gsd, 0.5)},
-          {"calibration", Calibration()}};
+  const double found = static_cast<double>(std::max<size_t>(1, samples_.size() + invented_));
+  nlohmann::json out = {{"within_1_percent", static_cast<double>(within_1) / found},
+                        {"within_2_percent", static_cast<double>(within_2) / found},
+                        {"completeness", surface_.Value()},
+                        {"completeness_textured", textured_.Value()},
+                        {"in_sky", static_cast<double>(invented_) / found},
+                        {"median_error_gsd", Quantile(in_gsd, 0.5)},
+                        {"calibration", Calibration()}};
+  if (seen_.all > 0) {
+    out["completeness_seen"] = seen_.Value();
+    out["completeness_textured_seen"] = seen_textured_.Value();
+  }
+  return out;
 }
 
 nlohmann::json DepthFigures::Calibration() const {

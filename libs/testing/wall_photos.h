@@ -32,6 +32,7 @@ inline DepthCamera WallCamera() { return {kWallWidth, kWallHeight, {150, 150}, {
 struct Wall {
   double distance = 10, slope = 0.3;
   double texture = 8;  // lattice points a unit; 0: the wall is blank
+  DepthCamera camera = WallCamera();
 
   double Depth(const DepthPose& pose, const Eigen::Vector2d& ray) const {
     const Eigen::Vector3d centre = pose.Centre();
@@ -40,9 +41,9 @@ struct Wall {
   }
 
   DepthPhoto Photo(const DepthPose& pose) const {
-    DepthPhoto photo{cv::Mat1b(kWallHeight, kWallWidth), {}, WallCamera(), pose};
-    for (int y = 0; y < kWallHeight; ++y) {
-      for (int x = 0; x < kWallWidth; ++x) {
+    DepthPhoto photo{cv::Mat1b(camera.height, camera.width), {}, camera, pose};
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
         const Eigen::Vector2d ray = photo.camera.Ray({x + 0.5, y + 0.5});
         const Eigen::Vector3d point = pose.ToWorld(Depth(pose, ray) * ray.homogeneous());
         photo.grey(y, x) =
@@ -55,10 +56,10 @@ struct Wall {
 
   // The true depths of a photo.
   DepthMap Map(const DepthPose& pose, float error) const {
-    DepthMap map{WallCamera(), pose, cv::Mat1f(kWallHeight, kWallWidth),
-                 cv::Mat1f(kWallHeight, kWallWidth, error)};
-    for (int y = 0; y < kWallHeight; ++y) {
-      for (int x = 0; x < kWallWidth; ++x) {
+    DepthMap map{camera, pose, cv::Mat1f(camera.height, camera.width),
+                 cv::Mat1f(camera.height, camera.width, error)};
+    for (int y = 0; y < camera.height; ++y) {
+      for (int x = 0; x < camera.width; ++x) {
         map.depth(y, x) = static_cast<float>(Depth(pose, map.camera.Ray({x + 0.5, y + 0.5})));
       }
     }

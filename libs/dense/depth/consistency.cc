@@ -9,7 +9,7 @@ namespace skein {
 namespace {
 
 // The error of matching that neighbouring pixels and maps have in common: averaging leaves it.
-constexpr double kCommonError = 0.2;  // of the errors of the maps
+constexpr double kCommonError = 0.25;  // of the errors of the maps
 
 class Mean {
  public:

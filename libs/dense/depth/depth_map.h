@@ -60,6 +60,22 @@ struct DepthRange {
   double near = 0, far = 0;
 };
 
+// Planes whose inverse depth at a ray (DepthCamera::Ray) is `plane` + slope . (ray - centre), from
+// plane = `first` to `last`. Inverse depths are a plane's linear function of the ray.
+struct SweepPlanes {
+  double first = 0, last = 0;
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero(), centre = Eigen::Vector2d::Zero();
+
+  double Middle() const { return (first + last) / 2; }
+  // The inverse depth at a ray is this times (ray, 1).
+  Eigen::Vector3d Normal(double plane) const {
+    return {slope.x(), slope.y(), plane - slope.dot(centre)};
+  }
+  double InverseDepth(const Eigen::Vector2d& ray, double plane) const {
+    return plane + slope.dot(ray - centre);
+  }
+};
+
 struct DepthMap {
   DepthCamera camera;
   DepthPose cam_from_world;

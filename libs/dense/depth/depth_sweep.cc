@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "core/statistics.h"
+#include "depth/depth_regions.h"
 #include "depth/padded_rows.h"
 #include "depth/warped_view.h"
 
@@ -26,10 +27,12 @@ constexpr double kMinUniqueness = 0.02, kMinEvidence = 0.12;
 
 constexpr int kStopRows = 16;  // rows between two questions whether to stop
 constexpr int kEvidenceWindow = 5;
+constexpr int kRegionMarginPx = 8;  // around a region, where paths begin
 // Standard errors: of a match with the least evidence that is kept, and of a sub-step (measured:
 // docs/experiments/depth.md).
 constexpr double kMatchErrorPx = 0.7;
-constexpr double kSubStepError = 0.2;  // of a step
+constexpr double kEvidencePower = 0.75;  // by which more evidence makes it less
+constexpr double kSubStepError = 0.3;    // of a step
 
 // Adds the CPU time of its life.
 class PartTimer {
@@ -79,16 +82,86 @@ class DepthSweep::Workspace {
  public:
   explicit Workspace(InstructionSet kernel) : kernels_(SweepKernelsOf(kernel)) {}
 
+  // From coarse to fine.
   std::optional<DepthMap> Run(const DepthPhoto& photo,
                               const std::vector<const DepthPhoto*>& neighbours,
-                              const DepthRange& range, const DepthStop& stop) {
-    times_ = {};
+                              const SweepPlanes& planes, const DepthStop& stop) {
+    const bool is_small = std::min(photo.camera.width, photo.camera.height) < 2 * kMinRegionPx;
+    if (is_small || LongestSearchPx(photo, neighbours, planes) <= kMaxSweepSteps) {
+      return Sweep(photo, neighbours, planes, kMinSweepSteps, stop);
+    }
+    const std::optional<DepthMap> coarse = RunHalved(photo, neighbours, planes, stop);
+    if (!coarse) return std::nullopt;
+    return SweepRegions(photo, neighbours, planes, *coarse, stop);
+  }
+
+  void ResetTimes() { times_ = {}; }
+  const DepthTimes& times() const { return times_; }
+  int steps() const { return steps_; }
+
+ private:
+  // ---- From coarse to fine ----
+
+  static double LongestSearchPx(const DepthPhoto& photo,
+                                const std::vector<const DepthPhoto*>& neighbours,
+                                const SweepPlanes& planes) {
+    double longest = 0;
+    for (const DepthPhoto* neighbour : neighbours) {
+      longest = std::max(longest, SearchLengthPx(photo, *neighbour, planes));
+    }
+    return longest;
+  }
+
+  std::optional<DepthMap> RunHalved(const DepthPhoto& photo,
+                                    const std::vector<const DepthPhoto*>& neighbours,
+                                    const SweepPlanes& planes, const DepthStop& stop) {
+    std::vector<DepthPhoto> halved;
+    for (const DepthPhoto* neighbour : neighbours) halved.push_back(Halved(*neighbour));
+    std::vector<const DepthPhoto*> pointers;
+    for (const DepthPhoto& neighbour : halved) pointers.push_back(&neighbour);
+    return Run(Halved(photo), pointers, planes, stop);
+  }
+
+  std::optional<DepthMap> SweepRegions(const DepthPhoto& photo,
+                                       const std::vector<const DepthPhoto*>& neighbours,
+                                       const SweepPlanes& planes, const DepthMap& coarse,
+                                       const DepthStop& stop) {
+    DepthMap map = HolesOf(photo);
+    const auto search_px = [&](const DepthRegion& region) {
+      return LongestSearchPx(Cropped(photo, region.area), neighbours, region.planes);
+    };
+    for (const DepthRegion& region : RegionsOf(photo, coarse, planes, kMaxSweepSteps, search_px)) {
+      const cv::Rect around = Around(region.area) & cv::Rect(cv::Point(), map.depth.size());
+      const DepthPhoto part = Cropped(photo, around);
+      const auto found = Sweep(part, neighbours, region.planes, kSweepLanes, stop);
+      if (!found) return std::nullopt;
+      const cv::Rect inside(region.area.tl() - around.tl(), region.area.size());
+      found->depth(inside).copyTo(map.depth(region.area));
+      found->error(inside).copyTo(map.error(region.area));
+    }
+    const cv::Mat1b is_beyond = (map.depth < 1 / planes.last) | (map.depth > 1 / planes.first);
+    map.depth.setTo(0, is_beyond);
+    map.error.setTo(0, is_beyond);
+    return map;
+  }
+
+  static cv::Rect Around(const cv::Rect& area) {
+    return {area.x - kRegionMarginPx, area.y - kRegionMarginPx, area.width + 2 * kRegionMarginPx,
+            area.height + 2 * kRegionMarginPx};
+  }
+
+  // ---- One sweep ----
+
+  std::optional<DepthMap> Sweep(const DepthPhoto& photo,
+                                const std::vector<const DepthPhoto*>& neighbours,
+                                const SweepPlanes& planes, int min_steps, const DepthStop& stop) {
     photo_ = &photo;
+    min_steps_ = min_steps;
     width_ = photo.camera.width;
     height_ = photo.camera.height;
-    far_inverse_ = 1 / range.far;
-    MakeViews(neighbours, range);
-    DepthMap map = Holes();
+    planes_ = planes;
+    MakeViews(neighbours);
+    DepthMap map = HolesOf(photo);
     if (views_.empty()) return map;
     const bool is_done = SumCosts(stop) && AddPaths(1, stop) && AddPaths(-1, stop);
     if (!is_done) return std::nullopt;
@@ -96,34 +169,29 @@ class DepthSweep::Workspace {
     return map;
   }
 
-  const DepthTimes& times() const { return times_; }
-  int steps() const { return steps_; }
+  double PlaneOf(double step) const { return planes_.first + step * step_size_; }
 
- private:
-  double InverseDepth(double step) const { return far_inverse_ + step * step_size_; }
-
-  DepthMap Holes() const {
-    return {photo_->camera, photo_->cam_from_world, cv::Mat1f(height_, width_, 0.0f),
-            cv::Mat1f(height_, width_, 0.0f)};
+  static DepthMap HolesOf(const DepthPhoto& photo) {
+    const cv::Size size = photo.grey.size();
+    return {photo.camera, photo.cam_from_world, cv::Mat1f(size, 0.0f), cv::Mat1f(size, 0.0f)};
   }
 
-  void MakeViews(const std::vector<const DepthPhoto*>& neighbours, const DepthRange& range) {
+  void MakeViews(const std::vector<const DepthPhoto*>& neighbours) {
     const PartTimer timer(&times_.warp);
     views_.clear();
-    const double near = 1 / range.near, far = 1 / range.far;
     double longest = 0;
     for (const DepthPhoto* neighbour : neighbours) {
       if (views_.size() == kMaxSweepViews) break;
-      WarpedView view(*photo_, *neighbour, (near + far) / 2, (near - far) / 2);
+      WarpedView view(*photo_, *neighbour, planes_);
       const double length = view.SearchLengthPx();
       if (length < kMinSearchPx) continue;
       longest = std::max(longest, length);
       views_.push_back(std::move(view));
     }
     const double wanted = std::min<double>(longest, kMaxSweepSteps) + 1;
-    steps_ = RoundUp(std::max(static_cast<int>(wanted), kMinSweepSteps), kSweepLanes);
+    steps_ = RoundUp(std::max(static_cast<int>(wanted), min_steps_), kSweepLanes);
     steps_ = std::min(steps_, kMaxSweepSteps / kSweepLanes * kSweepLanes);
-    step_size_ = (near - far) / (steps_ - 1);
+    step_size_ = (planes_.last - planes_.first) / (steps_ - 1);
   }
 
   // ---- Costs: of each plane, [step][row][column] ----
@@ -160,7 +228,7 @@ class DepthSweep::Workspace {
     warped_.Resize(width_ + 2 * kWarpBorder + 2 * kSweepMargin, num_views * kCensusRows);
     int widest = 0;
     for (WarpedView& view : views_) {
-      view.SetPlane(InverseDepth(step));
+      view.SetPlane(PlaneOf(step));
       widest = std::max(widest, view.source_width());
     }
     warp_scratch_.resize(widest + 2 * kSweepMargin + kSweepLanes);
@@ -318,10 +386,10 @@ class DepthSweep::Workspace {
   }
 
   // By which all neighbours move for a unit of inverse depth, taken together.
-  double Parallax(const Eigen::Vector2d& ray, double inverse_depth) const {
+  double Parallax(const Eigen::Vector2d& ray, double plane) const {
     double sum = 0;
     for (const WarpedView& view : views_) {
-      const double one = view.Parallax(ray, inverse_depth);
+      const double one = view.Parallax(ray, plane);
       sum += one * one;
     }
     return std::sqrt(sum);
@@ -361,11 +429,13 @@ class DepthSweep::Workspace {
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         if (steps(y, x) < 0) continue;
-        const double inverse = InverseDepth(MeanAround(steps, x, y));
+        const double plane = PlaneOf(MeanAround(steps, x, y));
         const Eigen::Vector2d ray = photo_->camera.Ray({x + 0.5, y + 0.5});
-        const double parallax = Parallax(ray, inverse);
-        if (!(parallax > 0)) continue;
-        const double of_match = kMatchErrorPx * std::sqrt(kMinEvidence / evidence(y, x)) / parallax;
+        const double inverse = planes_.InverseDepth(ray, plane);
+        const double parallax = Parallax(ray, plane);
+        if (!(parallax > 0 && inverse > 0)) continue;
+        const double of_match =
+            kMatchErrorPx * std::pow(kMinEvidence / evidence(y, x), kEvidencePower) / parallax;
         const double error = std::hypot(of_match, kSubStepError * step_size_);
         map->depth(y, x) = static_cast<float>(1 / inverse);
         map->error(y, x) = static_cast<float>(error / (inverse * inverse));
@@ -382,8 +452,9 @@ class DepthSweep::Workspace {
   const SweepKernels& kernels_;
   DepthTimes times_;
   const DepthPhoto* photo_ = nullptr;
-  int width_ = 0, height_ = 0, stride_ = 0, steps_ = 0;
-  double far_inverse_ = 0, step_size_ = 0;
+  int width_ = 0, height_ = 0, stride_ = 0, min_steps_ = 0, steps_ = 0;
+  SweepPlanes planes_;
+  double step_size_ = 0;
   std::vector<WarpedView> views_;
   PaddedRows reference_, warped_;
   std::vector<uint8_t> costs_, warp_scratch_, census_scratch_, path_scratch_, row_costs_;
@@ -409,7 +480,8 @@ std::optional<DepthMap> DepthSweep::Estimate(const DepthPhoto& photo,
                                              const std::vector<const DepthPhoto*>& neighbours,
                                              const DepthRange& range, const DepthStop& stop) {
   CheckInput(photo, neighbours, range);
-  return workspace_->Run(photo, neighbours, range, stop);
+  workspace_->ResetTimes();
+  return workspace_->Run(photo, neighbours, {1 / range.far, 1 / range.near}, stop);
 }
 
 double DepthMap::Completeness() const {

@@ -1,11 +1,16 @@
 // The depth map of a photo, by a plane sweep through its neighbours (Collins 1996) and semi-global
 // matching (Hirschmueller 2008).
 //
-// Planes z = const of the reference camera are evenly spaced in 1 / z. Each neighbour is warped
-// once by the homography of the middle plane. A plane then moves and scales the warped neighbour
-// alone, so any motion of the camera costs as much as a rectified pair. A pixel's cost of a plane
-// is the Hamming distance of census transforms, summed over the neighbours, each limited to the
-// best one's plus a constant: a neighbour in which the surface is hidden counts little.
+// Parallel planes, z = const of the reference camera or those of a region (SweepPlanes), are evenly
+// spaced in 1 / z. Each neighbour is warped once by the homography of the middle plane. A plane
+// then moves and scales the warped neighbour alone, so any motion of the camera costs as much as a
+// rectified pair. A pixel's cost of a plane is the Hamming distance of census transforms, summed
+// over the neighbours, each limited to the best one's plus a constant: a neighbour in which the
+// surface is hidden counts little.
+//
+// A sweep has kMaxSweepSteps planes at most. A range whose planes would be more than a pixel apart
+// is searched from coarse to fine: the map of the photos at half their size gives regions
+// (depth_regions.h), each with a sweep of its own.
 #pragma once
 
 #include <cstdint>
@@ -50,7 +55,7 @@ class DepthSweep {
                                    const DepthRange& range, const DepthStop& stop = {});
 
   const DepthTimes& times() const;  // of the last map
-  int steps() const;                // of the last map
+  int steps() const;                // of the last map's last sweep
 
  private:
   class Workspace;

@@ -33,12 +33,12 @@ Quality QualityOf(const DepthMap& map, const Wall& wall) {
 }
 
 DepthMap MapOf(const Wall& wall, const std::vector<DepthPose>& neighbours,
-               InstructionSet kernel = FastestInstructionSet()) {
+               InstructionSet kernel = FastestInstructionSet(), const DepthRange& range = kRange) {
   std::vector<DepthPhoto> photos;
   for (const DepthPose& pose : neighbours) photos.push_back(wall.Photo(pose));
   std::vector<const DepthPhoto*> pointers;
   for (const DepthPhoto& photo : photos) pointers.push_back(&photo);
-  return *DepthSweep(kernel).Estimate(wall.Photo(PoseAt({0, 0, 0})), pointers, kRange);
+  return *DepthSweep(kernel).Estimate(wall.Photo(PoseAt({0, 0, 0})), pointers, range);
 }
 
 const std::vector<DepthPose> kAround = {PoseAt({2, 0, 0}, -0.15), PoseAt({-2, 0, 0}, 0.15),
@@ -46,6 +46,15 @@ const std::vector<DepthPose> kAround = {PoseAt({2, 0, 0}, -0.15), PoseAt({-2, 0,
 
 TEST(DepthSweep, FindsASlantedWall) {
   const Quality quality = QualityOf(MapOf({}, kAround), {});
+  EXPECT_GT(quality.found, 0.85);
+  EXPECT_GT(quality.right, 0.95);
+}
+
+// As in a room: 128 planes from the table to the wall would be 11 % of its depth apart.
+TEST(DepthSweep, FindsAFarWallThoughSomethingMayBeNear) {
+  Wall wall;
+  wall.camera = {320, 240, {300, 300}, {160, 120}};
+  const Quality quality = QualityOf(MapOf(wall, kAround, FastestInstructionSet(), {0.7, 30}), wall);
   EXPECT_GT(quality.found, 0.85);
   EXPECT_GT(quality.right, 0.95);
 }

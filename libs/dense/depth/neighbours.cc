@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/angles.h"
 
@@ -25,26 +26,43 @@ double WeightOfAngle(double degrees) {
   return std::clamp(std::min(rise, fall), 0.0, 1.0);
 }
 
+// A common point, as index into the points of the photo whose neighbours are chosen.
+struct CommonPoint {
+  size_t point;
+  double weight;
+};
+
 struct Candidate {
   int photo;
-  double score;
-  Eigen::Vector3d middle;  // of the common points
+  double score = 0;
+  Eigen::Vector3d middle = Eigen::Vector3d::Zero();  // of the common points
+  std::vector<CommonPoint> common = {};
+  double part = 1;  // of the score that counts, by the places of those chosen before
 };
 
 Candidate Rate(const std::vector<SparsePhoto>& photos, const std::vector<Eigen::Vector3d>& points,
                int index, int other) {
-  std::vector<int> common;
-  std::set_intersection(photos[index].points.begin(), photos[index].points.end(),
-                        photos[other].points.begin(), photos[other].points.end(),
-                        std::back_inserter(common));
-  Candidate candidate{other, 0, Eigen::Vector3d::Zero()};
+  Candidate candidate{other};
   const Eigen::Vector3d a = photos[index].cam_from_world.Centre(),
                         b = photos[other].cam_from_world.Centre();
-  for (const int i : common) {
-    candidate.score += WeightOfAngle(AngleDeg(points[i], a, b));
-    candidate.middle += points[i] / static_cast<double>(common.size());
+  const std::vector<int>&mine = photos[index].points, &theirs = photos[other].points;
+  for (size_t i = 0, k = 0; i < mine.size(); ++i) {
+    while (k < theirs.size() && theirs[k] < mine[i]) ++k;
+    if (k == theirs.size()) break;
+    if (theirs[k] != mine[i]) continue;
+    candidate.common.push_back({i, WeightOfAngle(AngleDeg(points[mine[i]], a, b))});
+    candidate.score += candidate.common.back().weight;
+    candidate.middle += points[mine[i]];
   }
+  candidate.middle /= static_cast<double>(std::max<size_t>(1, candidate.common.size()));
   return candidate;
+}
+
+// `left`: of each point, the part that the chosen ones leave.
+double Gain(const Candidate& candidate, const std::vector<double>& left) {
+  double sum = 0;
+  for (const CommonPoint& common : candidate.common) sum += common.weight * left[common.point];
+  return candidate.part * sum;
 }
 
 }  // namespace
@@ -55,20 +73,23 @@ std::vector<int> ChooseNeighbours(const std::vector<SparsePhoto>& photos,
   std::vector<Candidate> candidates;
   for (int other = 0; other < static_cast<int>(photos.size()); ++other) {
     if (other == index) continue;
-    const Candidate candidate = Rate(photos, points, index, other);
-    if (candidate.score >= kMinCommon) candidates.push_back(candidate);
+    Candidate candidate = Rate(photos, points, index, other);
+    if (candidate.score >= kMinCommon) candidates.push_back(std::move(candidate));
   }
+  std::vector<double> left(photos[index].points.size(), 1);
   std::vector<int> chosen;
   while (chosen.size() < most && !candidates.empty()) {
+    for (Candidate& candidate : candidates) candidate.score = Gain(candidate, left);
     const auto best =
         std::max_element(candidates.begin(), candidates.end(),
                          [](const Candidate& a, const Candidate& b) { return a.score < b.score; });
     const Eigen::Vector3d place = photos[best->photo].cam_from_world.Centre();
     chosen.push_back(best->photo);
+    for (const CommonPoint& common : best->common) left[common.point] *= 1 - common.weight / 2;
     candidates.erase(best);
     for (Candidate& other : candidates) {
       const Eigen::Vector3d there = photos[other.photo].cam_from_world.Centre();
-      if (AngleDeg(other.middle, place, there) < kSamePlaceAngle) other.score /= 2;
+      if (AngleDeg(other.middle, place, there) < kSamePlaceAngle) other.part /= 2;
     }
   }
   return chosen;

@@ -19,8 +19,10 @@ struct SparsePhoto {
 
 // The photos to match photo `index` with, best first, at most `most`. A common point counts 1 where
 // the rays meet at 5 to 25 degrees, less down to 0 at 1 and at 45 degrees. A photo with a sum below
-// kMinCommon is no neighbour; so are all after a pure rotation. A photo that stands where a chosen
-// one stands, seen from the points, counts half.
+// kMinCommon is no neighbour; so are all after a pure rotation. The best is chosen first. Each
+// chosen photo then halves what its points count for the next, times their weight: neighbours
+// together cover the photo. A photo that stands where a chosen one stands, seen from the points,
+// counts half.
 constexpr double kMinCommon = 10;
 std::vector<int> ChooseNeighbours(const std::vector<SparsePhoto>& photos,
                                   const std::vector<Eigen::Vector3d>& points, int index,

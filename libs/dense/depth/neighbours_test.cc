@@ -41,6 +41,21 @@ TEST(ChooseNeighbours, PrefersPhotosFromDifferentPlaces) {
   EXPECT_EQ(ChooseNeighbours(photos, Points(), 0, 2), (std::vector<int>{1, 3}));
 }
 
+// As of a photo whose right half is seen by many photos, its left half by one.
+TEST(ChooseNeighbours, CoverThePhotoTogether) {
+  SparsePhoto left = PhotoAt(-2.5);
+  left.points.erase(left.points.begin() + 40, left.points.end());
+  const auto right = [](double x) {
+    SparsePhoto photo = PhotoAt(x);
+    photo.points.erase(photo.points.begin(), photo.points.begin() + 40);
+    return photo;
+  };
+  const std::vector<SparsePhoto> photos = {PhotoAt(0), right(2), right(3), right(4), left};
+  const std::vector<int> chosen = ChooseNeighbours(photos, Points(), 0, 2);
+  ASSERT_EQ(chosen.size(), 2u);
+  EXPECT_EQ(chosen[1], 4);
+}
+
 TEST(ChooseNeighbours, APureRotationHasNone) {
   const std::vector<SparsePhoto> photos = {PhotoAt(0), PhotoAt(0), PhotoAt(0)};
   EXPECT_TRUE(ChooseNeighbours(photos, Points(), 0, 3).empty());

@@ -31,7 +31,7 @@ struct WarpTask {
   const uint8_t *above, *below;  // rows of the neighbour, from its column 0
   int below_weight;              // of kWeightUnit
   int source_width;
-  const int32_t* window;  // of each block of kSweepBlock columns: first column of its window
+  const int32_t* window;  // of each block of kSweepBlock columns: its window's first, ascending
   const uint8_t* pairs;   // of each column: two bytes of its window, to interpolate between
   const int8_t* weights;  // of each column: of these two, their sum is kWeightUnit
   int width;              // a multiple of kSweepBlock

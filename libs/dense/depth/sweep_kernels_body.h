@@ -98,7 +98,8 @@ inline void WarpBlocks(const WarpTask& task, const uint8_t* row, int x) {
 void Warp(const WarpTask& task) {
   uint8_t* row = task.scratch + kSweepMargin;
   const uint16_t weight = static_cast<uint16_t>(task.below_weight);
-  for (int x = -kSweepLanes; x < task.source_width + kSweepLanes; x += kByteLanes) {
+  const int last = task.window[task.width / kSweepBlock - 1] + kSweepWindow;
+  for (int x = task.window[0]; x < last; x += kByteLanes) {
     Store(row + x, Between(Load<Bytes>(task.above + x), Load<Bytes>(task.below + x), weight));
   }
   for (int x = 0; x < task.width; x += 2 * kSweepBlock) WarpBlocks(task, row, x);

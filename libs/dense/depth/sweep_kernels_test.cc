@@ -40,6 +40,7 @@ TEST_P(SweepKernelsOfVersion, WarpsByLinearInterpolation) {
   const Row below = RandomRow(kWidth + 2 * kSweepMargin, 255);
   std::vector<int32_t> window(kWidth / kSweepBlock);
   for (int32_t& first : window) first = Random(0, kWidth - kSweepWindow);
+  std::sort(window.begin(), window.end());
   const Row pairs = RandomRow(2 * kWidth, kSweepWindow - 1);
   std::vector<int8_t> weights;
   for (int x = 0; x < kWidth; ++x) {

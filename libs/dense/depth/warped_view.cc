@@ -15,28 +15,40 @@ constexpr double kMaxMargin = 0.75;                 // of the canvas on each sid
 
 }  // namespace
 
-WarpedView::WarpedView(const DepthPhoto& reference, const DepthPhoto& neighbour, double middle,
-                       double half_range)
-    : camera_(reference.camera), middle_(middle), half_range_(half_range) {
-  const DepthPose &a = reference.cam_from_world, &b = neighbour.cam_from_world;
-  const Eigen::Matrix3d rotation = b.rotation * a.rotation.transpose();
-  const Eigen::Vector3d translation = b.translation - rotation * a.translation;
-  Eigen::Matrix3d plane = rotation;
-  plane.col(2) += middle * translation;
-  if (std::abs(plane.determinant()) < 1e-3) return;
+double SearchLengthPx(const DepthPhoto& reference, const DepthPhoto& neighbour,
+                      const SweepPlanes& planes) {
+  WarpedView view(reference.camera, planes);
+  view.is_usable_ = view.SetMotion(reference.cam_from_world, neighbour);
+  return view.SearchLengthPx();
+}
+
+WarpedView::WarpedView(const DepthPhoto& reference, const DepthPhoto& neighbour,
+                       const SweepPlanes& planes)
+    : WarpedView(reference.camera, planes) {
+  is_usable_ = SetMotion(reference.cam_from_world, neighbour);
+  if (!is_usable_) return;
+  SetSize();
+  Render(neighbour);
+}
+
+bool WarpedView::SetMotion(const DepthPose& reference, const DepthPhoto& neighbour) {
+  const DepthPose& pose = neighbour.cam_from_world;
+  const Eigen::Matrix3d rotation = pose.rotation * reference.rotation.transpose();
+  const Eigen::Vector3d translation = pose.translation - rotation * reference.translation;
+  const Eigen::Matrix3d plane =
+      rotation + translation * planes_.Normal(planes_.Middle()).transpose();
+  if (std::abs(plane.determinant()) < 1e-3) return false;
   motion_ = plane.partialPivLu().solve(translation);
   neighbour_from_reference_ =
       neighbour.camera.CalibrationOfIndices() * plane * camera_.CalibrationOfIndices().inverse();
-  is_usable_ = true;
-  SetSize();
-  Render(neighbour);
+  return true;
 }
 
 // The canvas holds the reference as every plane moves it, within limits.
 void WarpedView::SetSize() {
   double low_x = 0, low_y = 0, high_x = camera_.width, high_y = camera_.height;
-  for (const double offset : {-half_range_, half_range_}) {
-    SetPlane(middle_ + offset);
+  for (const double plane : {planes_.first, planes_.last}) {
+    SetPlane(plane);
     if (!is_seen_) continue;
     low_x = std::min(low_x, shift_.x());
     low_y = std::min(low_y, shift_.y());
@@ -105,22 +117,22 @@ double WarpedView::SearchLengthPx() const {
     for (const double y : {0.1, 0.5, 0.9}) {
       const Eigen::Vector2d ray =
           camera_.Ray(Eigen::Vector2d(x * camera_.width, y * camera_.height));
-      longest = std::max(longest, 2 * half_range_ * Parallax(ray, middle_));
+      longest = std::max(longest, (planes_.last - planes_.first) * Parallax(ray, planes_.Middle()));
     }
   }
   return longest;
 }
 
-double WarpedView::Parallax(const Eigen::Vector2d& ray, double inverse_depth) const {
+double WarpedView::Parallax(const Eigen::Vector2d& ray, double plane) const {
   if (!is_usable_) return 0;
-  const double w = 1 + (inverse_depth - middle_) * motion_.z();
+  const double w = 1 + (plane - planes_.Middle()) * motion_.z();
   if (w < 1 / kMaxScale) return 0;
   const Eigen::Vector2d moved = motion_.head<2>() - motion_.z() * ray;
   return moved.cwiseProduct(camera_.focal_px).norm() / (w * w);
 }
 
-void WarpedView::SetPlane(double inverse_depth) {
-  const double offset = inverse_depth - middle_;
+void WarpedView::SetPlane(double plane) {
+  const double offset = plane - planes_.Middle();
   const double w = 1 + offset * motion_.z();
   is_seen_ = is_usable_ && w > 1 / kMaxScale && w < 1 / kMinScale;
   if (!is_seen_) return;
@@ -129,7 +141,7 @@ void WarpedView::SetPlane(double inverse_depth) {
   const Eigen::Vector2d moved = offset * motion_.head<2>().cwiseProduct(camera_.focal_px);
   shift_ = scale_ * (moved - middle) + middle + Eigen::Vector2d(left_, top_);
   if (canvas_.empty()) return;
-  const int count = RoundUp(camera_.width + 2 * kWarpBorder + kSweepMargin, 2 * kSweepBlock);
+  const int count = RoundUp(camera_.width + 2 * kWarpBorder, 2 * kSweepBlock);
   columns_.window.resize(count / kSweepBlock);
   columns_.pairs.resize(2 * count);
   columns_.weights.resize(2 * count);

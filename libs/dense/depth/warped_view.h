@@ -21,21 +21,23 @@ struct PlaneColumns {
 
 constexpr int kWarpBorder = 2 * kSweepBlock;  // columns before a row's first
 
+// WarpedView::SearchLengthPx of a neighbour that is not warped.
+double SearchLengthPx(const DepthPhoto& reference, const DepthPhoto& neighbour,
+                      const SweepPlanes& planes);
+
 class WarpedView {
  public:
-  // `middle`: inverse depth of the plane; `half_range`: of the planes on both sides of it.
-  WarpedView(const DepthPhoto& reference, const DepthPhoto& neighbour, double middle,
-             double half_range);
+  WarpedView(const DepthPhoto& reference, const DepthPhoto& neighbour, const SweepPlanes& planes);
 
   // Pixels between where a pixel of the reference lies at the nearest and at the farthest plane,
   // the most over the photo.
   double SearchLengthPx() const;
 
-  // Pixels by which a pixel of the reference moves for each unit of inverse depth.
-  double Parallax(const Eigen::Vector2d& ray, double inverse_depth) const;
+  // Pixels by which a pixel of the reference moves for each unit of inverse depth, at a plane.
+  double Parallax(const Eigen::Vector2d& ray, double plane) const;
 
-  // Makes the plane of this inverse depth the one that all below is of.
-  void SetPlane(double inverse_depth);
+  // Makes this plane (SweepPlanes) the one that all below is of.
+  void SetPlane(double plane);
 
   // False: the neighbour cannot be seen by this plane.
   bool IsSeen() const { return is_seen_; }
@@ -54,11 +56,17 @@ class WarpedView {
   void SetSize();
   void Render(const DepthPhoto& neighbour);
   void FindIntervals(const cv::Mat1b& seen);
+  WarpedView(const DepthCamera& reference, const SweepPlanes& planes)
+      : camera_(reference), planes_(planes) {}
+  // By the homography of the middle plane. False: that plane shows nothing.
+  bool SetMotion(const DepthPose& reference, const DepthPhoto& neighbour);
+  friend double SearchLengthPx(const DepthPhoto& reference, const DepthPhoto& neighbour,
+                               const SweepPlanes& planes);
   double Row(int y) const { return scale_ * y + shift_.y(); }
   Interval IntervalAt(int y) const;
 
   DepthCamera camera_;  // of the reference
-  double middle_, half_range_;
+  SweepPlanes planes_;
   // Pixels, the centre of the first one at 0, 0.
   Eigen::Matrix3d neighbour_from_reference_ = Eigen::Matrix3d::Identity();
   Eigen::Vector3d motion_ = Eigen::Vector3d::Zero();  // of a ray by inverse depth
