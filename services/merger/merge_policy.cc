@@ -59,8 +59,7 @@ std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirect
 
 // Two photos that a larger map holds: such a submap ends with the finish, and has nothing to add.
 bool IsNeedlessPair(const SessionState& session, int64_t submap_id) {
-  return session.FindSubmap(submap_id)->num_registered <= 2 &&
-         HolderOfAll(session, submap_id) != 0;
+  return session.FindSubmap(submap_id)->num_registered <= 2 && HolderOfAll(session, submap_id) != 0;
 }
 
 }  // namespace
