@@ -29,7 +29,7 @@ answers() { curl -fsS --max-time 20 --data-urlencode "query=up" http://127.0.0.1
 series() {
   curl -fsS --max-time 60 --data-urlencode "query=$1" --data-urlencode "start=$began" --data-urlencode "end=$(date +%s)" \
     --data-urlencode step=1 http://127.0.0.1:9199/api/v1/query_range |
-    jq -r --arg label "$2" --argjson began "$began" '.data.result[] | "\"\(.metric[$label])\"", (.values[] | "\(.[0] - $began) \(.[1])"), "", ""' >"$3"
+    jq -r --arg name "$2" --argjson began "$began" '.data.result[] | "\"\(.metric[$name])\"", (.values[] | "\(.[0] - $began) \(.[1])"), "", ""' >"$3"
   [[ -s $3 ]] || fail "Prometheus has nothing of $1"
 }
 
