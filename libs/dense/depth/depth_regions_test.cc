@@ -15,7 +15,7 @@ DepthPhoto BlackPhoto() {
   return {cv::Mat1b(kPhotoHeight, kPhotoWidth, uint8_t{0}), {}, kPhotoCamera, PoseAt({0, 0, 0})};
 }
 
-// Of half the size, with the inverse depth of each ray.
+// A map of half the size, with the inverse depth of each ray.
 DepthMap CoarseMap(const std::function<double(const Eigen::Vector2d& ray)>& inverse) {
   const DepthPhoto half = Halved(BlackPhoto());
   DepthMap map{half.camera, half.cam_from_world, cv::Mat1f(half.grey.size()),
@@ -28,7 +28,7 @@ DepthMap CoarseMap(const std::function<double(const Eigen::Vector2d& ray)>& inve
   return map;
 }
 
-// As a neighbour one unit aside.
+// The search of a neighbour one unit aside.
 double SearchOf(const DepthRegion& region) {
   return kPhotoCamera.focal_px.x() * (region.planes.last - region.planes.first);
 }

@@ -107,17 +107,6 @@ MatchAgreement AgreementOf(const Submap& submap) {
   return CountMatches(submap.options(), submap.map(), submap.waiting());
 }
 
-bool IsBest(const Submap& submap) { return !MayWinMatches(submap.options(), AgreementOf(submap)); }
-
-bool HasMoreMatches(const Submap* grown, const Submap* global) {
-  if (grown == nullptr || global == nullptr) return grown != nullptr;
-  const int64_t of_grown = AgreementOf(*grown).agreeing, of_global = AgreementOf(*global).agreeing;
-  LogInfo("mapped again, one by one: {} photos, {} matches agree; all at once: {}, {}",
-          grown->map().reconstruction().NumRegImages(), of_grown,
-          global->map().reconstruction().NumRegImages(), of_global);
-  return of_grown > of_global;
-}
-
 }  // namespace
 
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
@@ -129,10 +118,17 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
     return StartWithAny(StrongestPairs(submap.map(), without), empty);
   };
   std::unique_ptr<Submap> global = MapAgain(submap, takes_held, false, globally);
-  if (is_growing || submap.options().IsStopped() || (global != nullptr && IsBest(*global)))
-    return global;
+  if (is_growing || submap.options().IsStopped()) return global;
+  const MatchAgreement of_global = global != nullptr ? AgreementOf(*global) : MatchAgreement();
+  if (global != nullptr && !MayWinMatches(submap.options(), of_global)) return global;
   std::unique_ptr<Submap> grown = MapAgain(submap, takes_held, takes_held, from_pair);
-  return HasMoreMatches(grown.get(), global.get()) ? std::move(grown) : std::move(global);
+  if (global == nullptr || grown == nullptr)
+    return global != nullptr ? std::move(global) : std::move(grown);
+  const MatchAgreement of_grown = AgreementOf(*grown);
+  LogInfo("mapped again, one by one: {} photos, {} matches agree; all at once: {}, {}",
+          grown->map().reconstruction().NumRegImages(), of_grown.agreeing,
+          global->map().reconstruction().NumRegImages(), of_global.agreeing);
+  return of_grown.agreeing > of_global.agreeing ? std::move(grown) : std::move(global);
 }
 
 bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {
