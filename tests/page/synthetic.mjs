@@ -13,11 +13,15 @@ const [serverPath, pageDir, only = ''] = process.argv.slice(2);
 async function startServer(...more) {
   // As many points as the cases need: software draws them.
   const server = spawn(process.execPath, [serverPath, '--port', '0', '--page', pageDir, '--points', '12000', ...more], { stdio: ['pipe', 'pipe', 'inherit'] });
-  for await (const line of createInterface({ input: server.stdout })) {
-    const url = /^ready (\S+)/.exec(line)?.[1];
-    if (url) return { url, tell: (word) => server.stdin.write(`${word}\n`), stop: () => server.kill() };
-  }
-  return assert.fail('the test server did not start');
+  const lines = createInterface({ input: server.stdout })[Symbol.asyncIterator]();
+  const next = async () => (await lines.next()).value ?? assert.fail('the test server ended');
+  const url = /^ready (\S+)/.exec(await next())[1];
+  // Resolves when the server has obeyed: what is asked of it after that finds it so.
+  const tell = async (word) => {
+    server.stdin.write(`${word}\n`);
+    assert.equal(await next(), `obeyed ${word}`);
+  };
+  return { url, tell, stop: () => server.kill() };
 }
 
 // To an earlier time.
@@ -128,7 +132,7 @@ const cases = {
     await page.goto(server.url);
     await browser.until('it is connected', (s) => s.synced);
     await page.locator('#empty').filter({ hasText: /^No photos yet\s*The map appears here as photos arrive\.\s*(Press Invite.*\.)?$/ }).waitFor();
-    server.tell('go');
+    await server.tell('go');
     await browser.until('photos are placed', (s) => s.cameras.length >= 2);
     await page.locator('#empty').waitFor({ state: 'hidden' });
     return server.url;
@@ -140,11 +144,11 @@ const cases = {
     await page.goto(server.url);
     await browser.until('it is connected', (s) => s.synced);
     assert.equal(await page.locator('#troubles').isVisible(), false);
-    server.tell('full');
+    await server.tell('full');
     await page.locator('#troubles').filter({ hasText: 'the disk is almost full' }).waitFor();
     await picture(page, 'troubles');
     assert.deepEqual(await contrastFaults(page), {});
-    server.tell('obey');
+    await server.tell('obey');
     await page.locator('#troubles').waitFor({ state: 'hidden' });
     return server.url;
   },
@@ -158,17 +162,17 @@ const cases = {
     await part.locator('input').fill('soon');
     await part.locator('button').click();
     await part.filter({ hasText: 'Give minutes, at most 1440, or nothing.' }).waitFor();
-    server.tell('unasked');
+    await server.tell('unasked');
     await part.locator('input').fill('0.5');
     await part.locator('button').click();
     await part.filter({ hasText: 'It does not begin: ingest does not answer' }).waitFor();
-    server.tell('obey');
+    await server.tell('obey');
     const asked = page.waitForRequest((r) => r.url().endsWith('/api/finish'));
     await part.locator('button').click();
     assert.deepEqual((await asked).postDataJSON(), { within_s: 30 });
     await picture(page, 'finish');
     assert.deepEqual(await contrastFaults(page), {});
-    server.tell('go');
+    await server.tell('go');
     await part.filter({ hasText: 'Finished.' }).waitFor();
     return server.url;
   },
@@ -184,16 +188,16 @@ const cases = {
     const button = part.locator('button');
     assert.deepEqual([await button.textContent(), await button.isDisabled()], ['Shorten', true], 'there is no shorter time than none');
     await part.locator('input').fill('1');
-    server.tell('unasked');
+    await server.tell('unasked');
     await button.click();
     await part.filter({ hasText: 'It is not shortened: ingest does not answer' }).waitFor();
-    server.tell('obey');
+    await server.tell('obey');
     const asked = page.waitForRequest((r) => r.url().endsWith('/api/finish'));
     await button.click();
     assert.deepEqual((await asked).postDataJSON(), { within_s: 60 });
     await picture(page, 'finish_shortened');
     assert.deepEqual(await contrastFaults(page), {});
-    server.tell('go');
+    await server.tell('go');
     await part.filter({ hasText: 'Finished.' }).waitFor();
     assert.deepEqual([await button.textContent(), await part.locator('input').inputValue()], ['Finish', '']);
     return server.url;
@@ -627,15 +631,15 @@ const cases = {
     const part = page.locator('.retry_part');
     await part.filter({ hasText: 'is tried again by itself when one that shows the same place is placed' }).waitFor();
     await picture(page, 'retry');
-    server.tell('unasked');
+    await server.tell('unasked');
     await part.locator('button').click();
     await part.filter({ hasText: 'They are not tried: ingest does not answer' }).waitFor();
-    server.tell('obey');
+    await server.tell('obey');
     const asked = page.waitForRequest((r) => r.url().endsWith('/api/finish'));
     await part.locator('button').click();
     assert.deepEqual((await asked).postDataJSON(), { within_s: 0 });
     await part.filter({ hasText: 'Asked: they are tried again.' }).waitFor();
-    server.tell('go');
+    await server.tell('go');
     await part.filter({ hasText: 'another try would find the same' }).waitFor();
     assert.equal(await part.locator('button').isVisible(), false);
     return server.url;
@@ -649,7 +653,7 @@ const cases = {
     await page.locator('.processes_part', { hasText: 'Processes: 7' }).waitFor();
     const text = await page.locator('#panel_overview').innerText();
     assert.doesNotMatch(text, /From received|Waiting|Finish|\d s\b/);
-    server.tell('go');
+    await server.tell('go');
     await page.locator('#panel_overview', { hasText: 'half within' }).waitFor();
     await browser.until('all is there', (s) => s.finish?.state === 'done' && s.cameras.length === 45);
     // Numbers agree: what the agents sent, refused ones among them, is what was received.
@@ -745,12 +749,12 @@ const cases = {
     await page.goto(server.url);
     const areTwo = (s) => s.submaps.length === 2 && s.cameras.length >= 8 && s.shapes.length === 2;
     await browser.until('two maps grow side by side', areTwo);
-    server.tell('silence');
-    server.tell('go');
+    await server.tell('silence');
+    await server.tell('go');
     await page.waitForTimeout(1500);
-    server.tell('obey');
+    await server.tell('obey');
     await browser.until('what was swallowed is there', (s) => areTwo(s) && s.loading === 0 && s.merges.some((m) => m.state === 'frozen'));
-    server.tell('go');
+    await server.tell('go');
     // Of the move its end is waited for: a slow machine may look at the page less often than the move lasts.
     await browser.until('the one map has moved to the other', (s) => s.joined.length === 1);
     const state = await browser.until('one map with all cameras', (s) => s.finish?.state === 'done' && s.joining.length === 0 && s.cameras.length === 45 && s.shapes.length === 1);
@@ -766,12 +770,12 @@ const cases = {
     const { page } = browser;
     await page.goto(server.url);
     await browser.until('it grows', (s) => s.counts.placed > 2);
-    server.tell('refuse');
-    server.tell('drop');
-    server.tell('go'); // nobody hears of what happens now
+    await server.tell('refuse');
+    await server.tell('drop');
+    await server.tell('go'); // nobody hears of what happens now
     await page.locator('#connection.lost').filter({ hasText: /Not connected: last heard .* ago/ }).waitFor();
     await page.waitForTimeout(2500);
-    server.tell('obey');
+    await server.tell('obey');
     await browser.until('it is connected again', (s) => s.connected);
     const state = await browser.until('all is there', (s) => s.finish?.state === 'done' && s.cameras.length === 45);
     assert.equal(state.counts.received, 49);
@@ -783,7 +787,7 @@ const cases = {
     const { page } = browser;
     await page.goto(server.url);
     await browser.until('it is connected', (s) => s.connected);
-    server.tell('revoke');
+    await server.tell('revoke');
     await page.locator('#connection.lost').filter({ hasText: 'Not connected: this invitation was revoked' }).waitFor();
     await page.locator('#notice').filter({ hasText: 'Ask whoever runs the session for a new one' }).waitFor();
     return server.url;
@@ -808,7 +812,7 @@ const cases = {
       assert.deepEqual(await contrastFaults(on), {});
     }
     await phone.until('the phone is let in by itself', (s) => s.connection.ok);
-    server.tell('shut');
+    await server.tell('shut');
     await page.emulateMedia({ colorScheme: 'light' });
     await door(phone.page, '#door', 'Invitation expired', 'Ask whoever runs the session for a new one');
     await page.goto(server.url);
@@ -1145,7 +1149,7 @@ const cases = {
     await page.goto(server.url);
     await browser.until('it is connected', (s) => s.synced);
     assert.equal(await page.locator('#newest').isVisible(), false, 'a card of no photo');
-    server.tell('go');
+    await server.tell('go');
     await browser.until('time stands still', (s) => s.counts.placed >= 4 && s.loading === 0);
     const shows = async (on, image) => {
       await on.page.locator(`#newest img[src^="/api/photos/${image}/thumbnail?"]`).waitFor();
@@ -1156,7 +1160,7 @@ const cases = {
     await browser.rest();
     const first = (await browser.state()).newest;
     await shows(browser, first);
-    server.tell('go');
+    await server.tell('go');
     const { newest } = await browser.until('all photos are placed', (s) => s.cameras.length === 45 && s.loading === 0 && s.newest !== first);
     await shows(browser, newest);
     const before = await view(browser);
@@ -1230,21 +1234,21 @@ const cases = {
     await page.getByRole('button', { name: 'Stop the series' }).click();
     await browser.until('it ends', (s) => !s.series);
     await page.locator('#camera_counts').filter({ hasText: / taken, 0 placed$/ }).waitFor();
-    server.tell('full');
+    await server.tell('full');
     await page.locator('#camera_note').filter({ hasText: 'the disk is almost full' }).waitFor();
-    server.tell('obey');
+    await server.tell('obey');
     await page.locator('#camera_note').filter({ hasText: /^$/ }).waitFor();
     // A photo of somebody else is no ghost; without advice there is neither.
-    server.tell('unadvised');
+    await server.tell('unadvised');
     await browser.until('no advice, no photo', (s) => s.ghost === 0);
     assert.equal(await page.locator('#camera_advice').isVisible(), false);
-    server.tell('obey');
+    await server.tell('obey');
     await browser.until('both are back', (s) => s.ghost === 47);
-    server.tell('unadvised');
-    server.tell('private');
+    await server.tell('unadvised');
+    await server.tell('private');
     await browser.until('it is gone', (s) => s.ghost === 0);
-    server.tell('obey');
-    server.tell('private');
+    await server.tell('obey');
+    await server.tell('private');
     await page.locator('#camera_advice').waitFor();
     assert.equal((await browser.state()).ghost, 0);
     assert.equal(await page.locator('#ghost_switch').isVisible(), false);
@@ -1270,7 +1274,7 @@ const cases = {
     await browser.until('the browser keeps the page', (s) => s.connection.ok && s.opensOffline);
     await page.reload(); // the worker has the page from here on
     await browser.until('the page is back', (s) => s.connection.ok);
-    server.tell('mute');
+    await server.tell('mute');
     const began = Date.now();
     await page.reload({ waitUntil: 'commit' });
     await page.locator('#choose').waitFor({ state: 'attached' });
@@ -1278,7 +1282,7 @@ const cases = {
     assert.ok(Date.now() - began < 60000, 'it waits for TCP to give up');
     await page.locator('#choose').setInputFiles({ name: 'a.jpg', mimeType: 'image/jpeg', buffer: Buffer.from('no matter') });
     await browser.until('it is kept', (s) => s.counts.taken === 1);
-    server.tell('obey');
+    await server.tell('obey');
     await browser.until('it is sent', (s) => s.counts.received === 1);
     expectClean(browser, server.url);
   },

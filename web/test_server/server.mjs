@@ -3,7 +3,8 @@
 //   node test_server/server.mjs [--port 8471] [--page dist] [--speed 8] [--photos 24] [--points 30000] [--gps] [--at end]
 //                               [--hold S[,S ...]] [--depth PX: of the longer side of a photo's depth map; 0: none]
 //
-// For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input,
+// For work on the page, and for tests that need a server which misbehaves: it obeys lines on its standard input
+// and answers each when that is done (obeyed drop),
 //   drop      closes every WebSocket          silence   swallows events from now on (then tells their head)
 //   refuse    answers no request              obey      behaves again
 //   mute      takes requests and says nothing, as a server that is out of reach, until it obeys
@@ -315,5 +316,6 @@ createInterface({ input: process.stdin }).on('line', (line) => {
     if (toldHead !== head()) tell({ type: 'head', head: head() });
     toldHead = head();
   }
+  console.log(`obeyed ${line}`);
 });
 server.listen(Number(options.port), '127.0.0.1', () => console.log(`ready http://127.0.0.1:${server.address().port}/`));
