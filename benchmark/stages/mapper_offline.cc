@@ -37,7 +37,7 @@ namespace {
 
 struct Arguments {
   std::string database, order = "name", truth, output;
-  std::string camera_model = "SIMPLE_RADIAL";
+  std::string camera_model = "auto";
   int local_ba_images = skein::SubmapOptions().local_ba_images;
   std::string output_before, photo_table, model;
   size_t max_pairs = 30;
@@ -470,7 +470,7 @@ int main(int argc, char** argv) {
   app.add_option("--model", arguments.model,
                  "goes on from this COLMAP model of all the photos, instead of mapping them")
       ->check(CLI::ExistingDirectory);
-  app.add_option("--camera-model", arguments.camera_model, "one of COLMAP's");
+  app.add_option("--camera-model", arguments.camera_model, "auto, or one of COLMAP's");
   app.add_option("--local-ba-images", arguments.local_ba_images, "images of a local BA")
       ->check(CLI::Range(3, 1000))
       ->capture_default_str();

@@ -12,8 +12,10 @@ Status MapperOptions::Check() const {
 
 void AddOptions(CLI::App& app, MapperOptions* options) {
   SubmapOptions& submap = options->run.submap;
-  app.add_option("--camera-model", submap.camera_model,
-                 "One of COLMAP's camera models, for cameras whose intrinsics are not given");
+  app.add_option(
+      "--camera-model", submap.camera_model,
+      "Camera model where intrinsics are not given: auto, what the photos call for, or one of "
+      "COLMAP's");
   app.add_option("--local-ba-images", submap.local_ba_images,
                  "Images that a local bundle adjustment takes in, two of them constant");
   AddSwitch(app, "background-ba", &submap.background,

@@ -49,6 +49,6 @@ refuses() {
   grep -qF -- "$1" "$workspace/said" && (($(wc -l <"$workspace/said") == 1)) || fail "$2: $(<"$workspace/said")"
 }
 refuses 'wrong.toml: [mapper] camera_modle: there is no such key' '[mapper]\ncamera_modle = "OPENCV"\n'
-refuses 'camera_model is "OPENVC": give one of' '[mapper]\ncamera_model = "OPENVC"\n'
+refuses 'camera_model is "OPENVC": give auto, or one of' '[mapper]\ncamera_model = "OPENVC"\n'
 refuses '[mapper] local_ba_images is 2: give 3 to 1000' '[mapper]\nlocal_ba_images = 2\n'
 refuses 'there is no section [maper]' '[maper]\n'

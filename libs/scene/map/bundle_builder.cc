@@ -12,9 +12,6 @@ namespace skein {
 namespace {
 
 constexpr size_t kMinImagesForDistortion = 3;
-// Neighbours share the errors of an image's observations (localisation, lens, mismatches). More
-// observations than this weigh as this many against a camera's prior.
-constexpr double kIndependentObservations = 100;
 
 }  // namespace
 

@@ -8,6 +8,10 @@
 
 namespace skein {
 
+// Neighbours share the errors of an image's observations (localisation, lens, mismatches). More
+// observations than this weigh as this many against a camera's prior, or for its model.
+constexpr double kIndependentObservations = 100;
+
 // Part of a map that a bundle holds.
 struct BundleRequest {
   std::vector<ImageId> free;             // poses to refine
@@ -29,9 +33,9 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request);
 // All registered images and points.
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
 
-// Strengthens the priors of cameras: an image's observations weigh against them as 100 independent
-// ones at most. With thousands of them a few images of a small angle would drive the focal length
-// away.
+// Strengthens the priors of cameras: an image's observations weigh against them as
+// kIndependentObservations at most. With thousands of them a few images of a small angle would
+// drive the focal length away.
 void ScalePriors(Bundle* bundle);
 
 // To the map it was built from, as image_pose.h tells.

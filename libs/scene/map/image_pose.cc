@@ -35,7 +35,9 @@ void ApplyBundle(const Bundle& bundle, Reconstruction* model) {
     model->Point3D(point.point3D_id).SetXYZ(point.xyz);
   }
   for (const BundleCamera& camera : bundle.cameras) {
-    if (!camera.refined.empty()) model->Camera(camera.camera_id).SetParams(camera.params);
+    if (camera.refined.empty()) continue;
+    Camera& now = model->Camera(camera.camera_id);
+    if (now.ModelId() == camera.model_id) now.SetParams(camera.params);
   }
 }
 

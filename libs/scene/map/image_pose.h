@@ -10,7 +10,8 @@ void GetPose(const Image& image, BundlePose* pose);
 void SetPose(const BundlePose& pose, Image* image);
 
 // Puts the refined poses, points and parameters into the model they were built from. Images that
-// are no longer registered and points that are gone are passed over.
+// are no longer registered, points that are gone and cameras of another model by now are passed
+// over.
 void ApplyBundle(const Bundle& bundle, Reconstruction* model);
 
 // Whether the model has the image, and a pose of it.

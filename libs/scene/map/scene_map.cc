@@ -98,8 +98,10 @@ void SceneMap::AddCamera(const PhotoInput& photo) {
   camera.SetCameraId(id);
   camera.SetPriorFocalLength(photo.focal_from_exif);
   CameraState& state = cameras_[id];
-  state.prior_params = camera.Params();
+  state.given_model_id = model;
+  state.given_params = state.prior_params = camera.Params();
   state.focal_from_exif = photo.focal_from_exif || known;
+  state.known = known;
   state.fixed = known && photo.camera_fixed;
   reconstruction_->AddCamera(camera);
 }
@@ -251,12 +253,15 @@ void SceneMap::GiveOwnCamera(ImageId image_id) {
   const CameraId given = image.CameraId(), own = OwnCamera(image_id);
   if (given == own) return;
   if (cameras_.count(own) == 0) {
+    const CameraState& of_given = cameras_.at(given);
     CameraState state;
-    state.prior_params = cameras_.at(given).prior_params;
+    state.given_model_id = of_given.given_model_id;
+    state.given_params = state.prior_params = of_given.given_params;
     cameras_[own] = state;
     Camera camera = reconstruction_->Camera(given);
     camera.SetCameraId(own);
-    camera.SetParams(state.prior_params);
+    camera.SetModelId(state.given_model_id);
+    camera.SetParams(state.given_params);
     reconstruction_->AddCamera(camera);
   }
   image.SetCameraId(own);
@@ -282,8 +287,12 @@ CameraId SceneMap::GivenCamera(ImageId image_id) const {
 
 void SceneMap::ResetCamera(CameraId id) {
   CameraState& state = cameras_.at(id);
-  reconstruction_->Camera(id).SetParams(state.prior_params);
+  Camera& camera = reconstruction_->Camera(id);
+  camera.SetModelId(state.given_model_id);
+  camera.SetParams(state.given_params);
+  state.prior_params = state.given_params;
   state.refined = false;
+  state.num_at_choice = 0;
 }
 
 void SceneMap::SetPose(const BundlePose& pose) {
@@ -297,6 +306,19 @@ void SceneMap::SetPose(ImageId id, const Eigen::Vector4d& qvec_wxyz, const Eigen
 
 void SceneMap::SetCamera(CameraId id, const std::vector<double>& params) {
   reconstruction_->Camera(id).SetParams(params);
+}
+
+void SceneMap::SetCamera(CameraId id, int model_id, const std::vector<double>& params) {
+  Camera& camera = reconstruction_->Camera(id);
+  if (camera.ModelId() != model_id) {
+    CameraState& state = cameras_.at(id);
+    if (state.known) return;
+    Camera prior = camera;
+    prior.InitializeWithId(model_id, state.given_params[0], camera.Width(), camera.Height());
+    state.prior_params = prior.Params();
+    camera.SetModelId(model_id);
+  }
+  camera.SetParams(params);
 }
 
 Point3DId SceneMap::AddPoint(const Eigen::Vector3d& xyz, const Track& track) {
@@ -335,7 +357,8 @@ void SceneMap::ReplaceRegistered(const Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
     Image& image = reconstruction_->Image(id);
     if (model.Image(id).CameraId() == OwnCamera(id)) GiveOwnCamera(id);
-    SetCamera(image.CameraId(), model.Camera(image.CameraId()).Params());
+    const Camera& camera = model.Camera(image.CameraId());
+    SetCamera(image.CameraId(), camera.ModelId(), camera.Params());
     image.SetQvec(model.Image(id).Qvec());
     image.SetTvec(model.Image(id).Tvec());
     Register(id);

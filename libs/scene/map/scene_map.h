@@ -37,11 +37,16 @@ struct PhotoInput {
 
 // Prior of a camera, and how far its parameters are refined.
 struct CameraState {
+  // Model and prior that its photos came with, and the prior as parameters of the present model.
+  int given_model_id = 0;
+  std::vector<double> given_params;
   std::vector<double> prior_params;
+  bool known = false;  // a person gave the model and the prior: the model stays
   bool focal_from_exif = false;
   bool refined = false;    // a BA over several photos has set its parameters
   bool fixed = false;      // its parameters are known and stay
   int num_registered = 0;  // registered photos of it
+  int num_at_choice = 0;   // the same when its model was chosen last; 0: never
 };
 
 // A growing scene: photos with their keypoints, verified correspondences, poses, points. All input
@@ -69,13 +74,13 @@ class SceneMap {
   bool IsStrongPair(ImageId id1, ImageId id2, double min_share) const;
 
   // Registers with the pose that the image has been given / takes it and its observations out.
-  // After the last photo of a camera is out, the camera starts from its prior again. A photo that
-  // is out gets the camera that it came with.
+  // After the last photo of a camera is out, the camera starts from its prior again, in the model
+  // that it came with. A photo that is out gets the camera that it came with.
   void Register(ImageId image_id);
   void Deregister(ImageId image_id);
 
-  // The photo's intrinsics are no longer those of other photos and start from their prior, until it
-  // is taken out.
+  // The photo's intrinsics are no longer those of other photos and start from their prior, in the
+  // model that it came with, until it is taken out.
   void GiveOwnCamera(ImageId image_id);
   // `given`: a camera that photos came with. True if such photos are registered, and each of them
   // has a camera of its own.
@@ -88,7 +93,12 @@ class SceneMap {
   void SetPose(const BundlePose& pose);
   void SetPose(ImageId id, const Eigen::Vector4d& qvec_wxyz, const Eigen::Vector3d& tvec);
   void SetCamera(CameraId id, const std::vector<double>& params);
+  // With another model. Refused for a camera that is known.
+  void SetCamera(CameraId id, int model_id, const std::vector<double>& params);
   void SetCameraRefined(CameraId id, bool is_refined) { cameras_.at(id).refined = is_refined; }
+  void NoteModelChosen(CameraId id) {
+    cameras_.at(id).num_at_choice = cameras_.at(id).num_registered;
+  }
 
   // Points and their tracks. An observation goes to a point at most.
   Point3DId AddPoint(const Eigen::Vector3d& xyz, const Track& track);

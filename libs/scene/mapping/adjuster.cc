@@ -8,6 +8,7 @@
 #include "map/filters.h"
 #include "map/retriangulation.h"
 #include "map/track_completion.h"
+#include "mapping/camera_models.h"
 #include "mapping/local_adjustment.h"
 #include "mapping/own_cameras.h"
 
@@ -110,9 +111,13 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   NoteSize();
 }
 
-bool Adjuster::GiveOwnCameras() {
+bool Adjuster::ChooseIntrinsics(bool is_final) {
   const Timer timer;
-  const bool any = skein::GiveOwnCameras(GlobalBaOptions(false), &map_);
+  bool any = false;
+  if (options_.camera_model == kModelByEvidence) {
+    any |= ChooseCameraModels(GlobalBaOptions(false), options_.global_growth, &map_);
+  }
+  if (is_final) any |= GiveOwnCameras(GlobalBaOptions(false), &map_);
   cost_.solve_s += timer.ElapsedS();
   return any;
 }

@@ -37,9 +37,10 @@ class Adjuster {
   // many that converge. If SubmapOptions::stop returns true, the BA ends with its present step,
   // after at least one.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
-  // After a global BA (own_cameras.h). True if photos got cameras of their own: another global BA
-  // must follow.
-  bool GiveOwnCameras();
+  // After a global BA: the models that the cameras' photos call for (camera_models.h), if the
+  // options leave them open; then, if `is_final`, intrinsics of photos' own (own_cameras.h). True
+  // if a camera is another one now: another global BA must follow.
+  bool ChooseIntrinsics(bool is_final);
   // The options of a global BA. The BA starts from the last decomposition (`factor_`).
   BundleOptions GlobalBaOptions(bool converge) const;
   // Notes a global BA that ran elsewhere: its decomposition, and its wall time.

@@ -256,11 +256,11 @@ std::map<CameraId, double> FocalLengths(const SceneMap& map) {
 }  // namespace
 
 void ClearButIntrinsics(SceneMap* map) {
-  std::map<CameraId, std::vector<double>> found;
+  std::map<CameraId, Camera> found;
   for (const auto& [id, state] : map->camera_states()) {
     const Camera& camera = map->reconstruction().Camera(id);
     const bool is_told = state.refined || state.num_registered >= 2;
-    if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera.Params();
+    if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera;
   }
   std::map<ImageId, std::vector<double>> own;
   for (const ImageId id : map->reconstruction().RegImageIds()) {
@@ -274,8 +274,8 @@ void ClearButIntrinsics(SceneMap* map) {
     map->GiveOwnCamera(id);
     map->SetCamera(SceneMap::OwnCamera(id), params);
   }
-  for (const auto& [id, params] : found) {
-    map->SetCamera(id, params);
+  for (const auto& [id, camera] : found) {
+    map->SetCamera(id, camera.ModelId(), camera.Params());
     map->SetCameraRefined(id, true);
   }
 }

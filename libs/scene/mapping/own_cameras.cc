@@ -9,6 +9,7 @@
 #include "map/bundle_builder.h"
 #include "mapping/two_groups.h"
 #include "sfm/camera.h"
+#include "sfm/camera_fit.h"
 
 namespace skein {
 namespace {
@@ -39,6 +40,23 @@ void Split(const std::set<CameraId>& shared, Bundle* bundle) {
     pose.camera = static_cast<int>(bundle->cameras.size());
     bundle->cameras.push_back(std::move(camera));
   }
+}
+
+// The map's bundle, with cameras of their own for the poses of `shared`: in the model that these
+// came with, as one photo tells no other.
+Bundle BuildSplitBundle(const std::set<CameraId>& shared, SceneMap* map) {
+  std::vector<Camera> cameras;
+  for (const CameraId id : shared) cameras.push_back(map->reconstruction().Camera(id));
+  for (const Camera& camera : cameras) {
+    const int given = map->camera_state(camera.CameraId()).given_model_id;
+    map->SetCamera(camera.CameraId(), given, FitCameraModel(camera, given));
+  }
+  Bundle bundle = BuildGlobalBundle(*map, true);
+  for (const Camera& camera : cameras) {
+    map->SetCamera(camera.CameraId(), camera.ModelId(), camera.Params());
+  }
+  Split(shared, &bundle);
+  return bundle;
 }
 
 // By the camera that the photos came to the bundle with.
@@ -75,7 +93,7 @@ bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
     camera_of_pose.push_back(bundle.cameras[pose.camera].camera_id);
   }
   const auto before = SumsOfSquares(bundle, camera_of_pose);
-  Split(shared, &bundle);
+  bundle = BuildSplitBundle(shared, map);
   options.factor = nullptr;  // of other unknowns
   if (!SolveBundle(options, &bundle).usable) return false;
   const auto after = SumsOfSquares(bundle, camera_of_pose);
@@ -83,6 +101,7 @@ bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
   std::set<CameraId> left;
   for (const CameraId id : shared) {
     const double remaining = before.count(id) > 0 ? after.at(id) / before.at(id) : 1;
+    if (!std::isfinite(remaining)) return false;  // the model is too far from the lens
     const bool are_groups = remaining < kMaxRemainingOfGroups && AreTwoGroups(log_focals.at(id));
     LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos{}", id,
             remaining, map->camera_state(id).num_registered,
@@ -90,14 +109,14 @@ bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
     if (remaining < kMaxRemaining || are_groups) left.insert(id);
   }
   if (left.empty()) return false;
-  // What stays shared keeps its parameters.
+  // What stays shared keeps its model and parameters.
   for (size_t i = 0; i < bundle.poses.size(); ++i) {
     BundleCamera& camera = bundle.cameras[bundle.poses[i].camera];
     if (left.count(camera_of_pose[i]) > 0) {
       map->GiveOwnCamera(bundle.poses[i].image_id);
     } else if (shared.count(camera_of_pose[i]) > 0) {
       camera.camera_id = camera_of_pose[i];
-      camera.params = map->reconstruction().Camera(camera_of_pose[i]).Params();
+      camera.refined.clear();
     }
   }
   for (BundleCamera& camera : bundle.cameras) {

@@ -9,6 +9,7 @@
 #include "map/filters.h"
 #include "map/image_pose.h"
 #include "map/points_anew.h"
+#include "mapping/camera_models.h"
 #include "mapping/rebuild.h"
 
 namespace skein {
@@ -27,12 +28,17 @@ Status CheckFits(const SceneMap& map, const Reconstruction& model) {
       return InvalidArgument("model with other keypoints");
     }
     const CameraId camera = model.Image(id).CameraId(), given = map.GivenCamera(id);
+    const CameraState& state = map.camera_state(given);
     if ((camera != given && camera != SceneMap::OwnCamera(id)) ||
-        model.Camera(camera).ModelId() != map.reconstruction().Camera(given).ModelId()) {
+        (state.known && model.Camera(camera).ModelId() != state.given_model_id)) {
       return InvalidArgument("model with another camera");
     }
   }
   return Status::Ok();
+}
+
+std::string FirstCameraModel(const std::string& name) {
+  return name == kModelByEvidence ? kFirstModel : name;
 }
 
 std::string ToString(const GlobalBaCost& cost) {
@@ -46,7 +52,7 @@ std::string ToString(const GlobalBaCost& cost) {
 }  // namespace
 
 Submap::Submap(const SubmapOptions& options)
-    : Submap(options, std::make_unique<SceneMap>(options.camera_model)) {}
+    : Submap(options, std::make_unique<SceneMap>(FirstCameraModel(options.camera_model))) {}
 
 Submap::Submap(const SubmapOptions& options, std::unique_ptr<SceneMap> map)
     : options_(options),
@@ -178,9 +184,13 @@ void Submap::Keep(const PhotoTrial& trial, const EventSink& sink) {
 
 int Submap::AdjustNewImage(ImageId new_image) {
   if (adjuster_.IsMapSmall()) {
-    const size_t num_images = map_->reconstruction().NumRegImages();
+    const int num_images = static_cast<int>(map_->reconstruction().NumRegImages());
     AdjustGlobally(2, false, false);
-    return static_cast<int>(num_images);
+    // What a lens does to a map grows with it.
+    if (num_images == options_.max_images_all_global && adjuster_.ChooseIntrinsics(false)) {
+      AdjustGlobally(2, true, false);
+    }
+    return num_images;
   }
   const int num_images = adjuster_.AdjustLocally(new_image);
   maintenance_.OnLocalBa();
@@ -334,7 +344,9 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     if (settled_.checked && settled_.none_misplaced) return;
     if (!settled_.checked) {
       AdjustGlobally(2, true, false);
-      if (!options_.IsStopped() && adjuster_.GiveOwnCameras()) AdjustGlobally(2, true, false);
+      if (!options_.IsStopped() && adjuster_.ChooseIntrinsics(true)) {
+        AdjustGlobally(2, true, false);
+      }
       if (options_.IsStopped()) return;
       settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);

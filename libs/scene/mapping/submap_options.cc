@@ -1,15 +1,16 @@
 #include "mapping/submap_options.h"
 
 #include "core/option_check.h"
+#include "mapping/camera_models.h"
 #include "sfm/camera.h"
 
 namespace skein {
 namespace {
 
 Status CheckCameraModel(const std::string& name) {
-  if (ExistsCameraModel(name)) return Status::Ok();
+  if (name == kModelByEvidence || ExistsCameraModel(name)) return Status::Ok();
   return InvalidArgument("camera_model is \"" + name +
-                         "\": give one of COLMAP's, as SIMPLE_RADIAL or OPENCV");
+                         "\": give auto, or one of COLMAP's, as SIMPLE_RADIAL or OPENCV");
 }
 
 }  // namespace

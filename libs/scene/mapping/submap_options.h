@@ -11,10 +11,10 @@
 namespace skein {
 
 struct SubmapOptions {
-  std::string camera_model = "SIMPLE_RADIAL";
-  int local_ba_images = 30;        // of a local BA, the new one included (local_adjustment.h)
-  int max_images_all_global = 12;  // up to here each photo's BA takes in the whole map
-  double global_growth = 1.1;      // growth of images or points that calls for a global BA
+  std::string camera_model = "auto";  // by evidence (camera_models.h), or one of COLMAP's
+  int local_ba_images = 30;           // of a local BA, the new one included (local_adjustment.h)
+  int max_images_all_global = 12;     // up to here each photo's BA takes in the whole map
+  double global_growth = 1.1;         // growth of images or points that calls for a global BA
   // Part of the matches that agree with a map which the same photos, mapped again, must win for
   // that map to stay. If the map cannot win so many, nothing is mapped again.
   double min_rebuild_gain = 0.005;

@@ -63,11 +63,6 @@ class Fuser {
 
  private:
   Status CheckCompatible() const {
-    for (const auto& [id, camera] : source_.Cameras()) {
-      if (merged_.ExistsCamera(id) && merged_.Camera(id).ModelId() != camera.ModelId()) {
-        return FailedPrecondition("camera " + std::to_string(id) + " has different models");
-      }
-    }
     for (const ImageId id : source_.RegImageIds()) {
       const Image& image = source_.Image(id);
       if (!source_.ExistsCamera(image.CameraId())) {
@@ -142,7 +137,7 @@ class Fuser {
       const int num_target = it == target_photos.end() ? 0 : it->second;
       // Only photos whose pose the target keeps are of it in the source.
       if (!merged_.ExistsCamera(id)) continue;
-      if (num_source > num_target) merged_.Camera(id).SetParams(source_.Camera(id).Params());
+      if (num_source > num_target) merged_.Camera(id) = source_.Camera(id);
     }
   }
 

@@ -36,8 +36,8 @@ struct FuseResult {
 //    observations of the photo keeps its pose, and the other's observations are removed.
 //  - Tracks that meet in one (image, point2D) become one when every observation reprojects within
 //    the limit of `options`, with the intrinsics of its submap.
-//  - A camera of both submaps starts the adjustment with the intrinsics of the submap with more
-//    photos of it.
+//  - A camera of both submaps starts the adjustment with the model and the intrinsics of the submap
+//    with more photos of it.
 // COLMAP 3.8's Reconstruction::Merge takes images that merely exist for common ones, and keeps only
 // the target's intrinsics.
 FuseResult FuseModels(const Reconstruction& source, const Similarity& target_from_source,

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "merging/seam_bundle.h"
+#include "sfm/camera_fit.h"
 #include "testing/synthetic_submaps.h"
 
 namespace skein::fuse_test {
@@ -32,6 +33,25 @@ TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
   EXPECT_GT(fused.num_fused_points, 0.9 * fused.num_common_points);
   EXPECT_EQ(merged.NumPoints3D(), target_.NumPoints3D() + fused.num_added_points);
   EXPECT_EQ(merged.Image(2).ProjectionCenter(), target_.Image(2).ProjectionCenter());
+}
+
+// Each submap chooses a camera's model by its own photos (mapping/camera_models.h).
+TEST_F(FuseTest, ACameraHasTheModelOfTheSubmapWithMorePhotosOfIt) {
+  Reconstruction source = source_;
+  Camera& camera = source.Camera(1);
+  const std::vector<double> params = FitCameraModel(camera, kOpenCv);
+  camera.SetModelId(kOpenCv);
+  camera.SetParams(params);
+  const auto fuse = [](const Reconstruction& from, Reconstruction to) {
+    const Sim3Result found = EstimateSim3(SharedPhotosOf(from, to), {});
+    const FuseResult fused = FuseModels(from, found.target_from_source, {}, &to);
+    EXPECT_EQ(fused.agreeing, (std::set<ImageId>{6, 7, 8}));
+    return to.Camera(1);
+  };
+  EXPECT_EQ(fuse(source, target_).Params(), target_.Camera(1).Params());  // 7 photos, and 8
+  const Camera kept = fuse(target_, source);
+  EXPECT_EQ(kept.ModelId(), target_.Camera(1).ModelId());
+  EXPECT_EQ(kept.Params(), target_.Camera(1).Params());
 }
 
 TEST_F(FuseTest, ASeamsBundleHoldsWhatIsNotOfIt) {

@@ -48,6 +48,8 @@ static_assert(colmap_api::IdOf<colmap::SimplePinholeCameraModel>() == kSimplePin
 static_assert(colmap_api::IdOf<colmap::PinholeCameraModel>() == kPinhole);
 static_assert(colmap_api::IdOf<colmap::SimpleRadialCameraModel>() == kSimpleRadial);
 static_assert(colmap_api::IdOf<colmap::RadialCameraModel>() == kRadial);
+static_assert(colmap_api::IdOf<colmap::OpenCVCameraModel>() == kOpenCv);
+static_assert(colmap_api::IdOf<colmap::OpenCVFisheyeCameraModel>() == kOpenCvFisheye);
 
 bool ExistsCameraModel(int model_id) { return Models().count(model_id) > 0; }
 

@@ -23,6 +23,8 @@ constexpr int kSimplePinhole = 0;  // f, cx, cy
 constexpr int kPinhole = 1;        // fx, fy, cx, cy
 constexpr int kSimpleRadial = 2;   // f, cx, cy, k
 constexpr int kRadial = 3;         // f, cx, cy, k1, k2
+constexpr int kOpenCv = 4;         // fx, fy, cx, cy, k1, k2, p1, p2
+constexpr int kOpenCvFisheye = 5;  // fx, fy, cx, cy, k1, k2, k3, k4
 
 // Whether a camera has sides of so many pixels: from 1 to a million.
 constexpr bool IsCameraSide(uint64_t side_px) { return side_px >= 1 && side_px <= 1'000'000; }

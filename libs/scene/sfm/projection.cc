@@ -32,6 +32,28 @@ void SimpleRadial(double f, double cx, double cy, double k, double u, double v,
   }
 }
 
+// fx, fy, cx, cy, k1, k2, p1, p2 (Brown 1966): pixel = f * (d u + 2 p1 u v + p2 (r^2 + 2 u^2)) + c,
+// and likewise for v, with d = 1 + k1 r^2 + k2 r^4.
+void OpenCv(const std::vector<double>& params, double u, double v, Eigen::Vector2d* pixel,
+            Eigen::Matrix2d* J_uv, IntrinsicsJacobian* J_intrinsics) {
+  const double fx = params[0], fy = params[1], k1 = params[4], k2 = params[5];
+  const double p1 = params[6], p2 = params[7];
+  const double uu = u * u, uv = u * v, vv = v * v, r2 = uu + vv;
+  const double d = 1.0 + (k1 + k2 * r2) * r2;
+  const double slope = 2.0 * (k1 + 2.0 * k2 * r2);  // d' = slope (u, v)
+  const double x = d * u + 2.0 * p1 * uv + p2 * (r2 + 2.0 * uu);
+  const double y = d * v + 2.0 * p2 * uv + p1 * (r2 + 2.0 * vv);
+  *pixel << fx * x + params[2], fy * y + params[3];
+  const double cross = slope * uv + 2.0 * (p1 * u + p2 * v);
+  *J_uv << fx * (d + slope * uu + 2.0 * p1 * v + 6.0 * p2 * u), fx * cross, fy * cross,
+      fy * (d + slope * vv + 2.0 * p2 * u + 6.0 * p1 * v);
+  if (J_intrinsics != nullptr) {
+    J_intrinsics->leftCols<8>() << x, 0, 1, 0, fx * u * r2, fx * u * r2 * r2, fx * 2.0 * uv,
+        fx * (r2 + 2.0 * uu), 0, y, 0, 1, fy * v * r2, fy * v * r2 * r2, fy * (r2 + 2.0 * vv),
+        fy * 2.0 * uv;
+  }
+}
+
 template <typename Model>
 void ByAutomaticDifferentiation(const std::vector<double>& params, double u, double v,
                                 Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv,
@@ -56,12 +78,13 @@ void Distort(int model_id, const std::vector<double>& params, double u, double v
                           J_intrinsics);
     case kSimplePinhole:
       return SimpleRadial(params[0], params[1], params[2], 0.0, u, v, pixel, J_uv, J_intrinsics);
+    case kOpenCv:
+      return OpenCv(params, u, v, pixel, J_uv, J_intrinsics);
 #define CAMERA_MODEL_CASE(Model)          \
   case colmap_api::IdOf<colmap::Model>(): \
     return ByAutomaticDifferentiation<colmap::Model>(params, u, v, pixel, J_uv, J_intrinsics);
       CAMERA_MODEL_CASE(PinholeCameraModel)
       CAMERA_MODEL_CASE(RadialCameraModel)
-      CAMERA_MODEL_CASE(OpenCVCameraModel)
       CAMERA_MODEL_CASE(OpenCVFisheyeCameraModel)
       CAMERA_MODEL_CASE(FullOpenCVCameraModel)
       CAMERA_MODEL_CASE(FOVCameraModel)

@@ -1,0 +1,34 @@
+#pragma once
+
+#include "bundle/bundle.h"
+#include "map/scene_map.h"
+
+namespace skein {
+
+// The name for SubmapOptions::camera_model by which each camera gets the model that its photos call
+// for.
+constexpr char kModelByEvidence[] = "auto";
+// The model that its cameras start with.
+constexpr char kFirstModel[] = "SIMPLE_RADIAL";
+
+// A lens may distort more than one radial term can tell, and pixels may not be square. Then poses
+// and points give way: the map bends, and still fits well. So the map is adjusted with OPENCV, too,
+// and if that is better for a camera, with OPENCV_FISHEYE. The model with the least Bayesian
+// information criterion stays (Schwarz, Estimating the dimension of a model, 1978):
+//
+//   BIC = n ln C + k ln n
+//
+// C: the sum of the camera's robust errors after the adjustment, k: the parameters that are
+// refined, n: its observations, of which an image has kIndependentObservations at most
+// (bundle_builder.h).
+//
+// A model is refused if it makes the expected error of the positions (model_check.h) half as large
+// again, or unknown: in photos of parallel lines of flight, e.g., the ratio of the focal lengths is
+// free.
+//
+// Cameras of fewer than three photos, known ones, and those of single photos (own_cameras.h) stay
+// as they are, and those with fewer than `growth` times the photos that they had at the last
+// choice. True if a camera has another model now, with the poses and points that were found along.
+bool ChooseCameraModels(const BundleOptions& options, double growth, SceneMap* map);
+
+}  // namespace skein
