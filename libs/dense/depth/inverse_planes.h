@@ -16,12 +16,12 @@ struct InverseDepth {
 // A plane of space is a linear function of the ray: inverse depth = plane . (ray, 1).
 struct FoundPlane {
   Eigen::Vector3d plane = Eigen::Vector3d::Zero();
-  std::vector<InverseDepth> on;  // what lies on it
+  std::vector<InverseDepth> on;  // depths on it
 };
 
 struct FoundPlanes {
   std::vector<FoundPlane> planes;
-  std::vector<InverseDepth> left;  // what lies on none
+  std::vector<InverseDepth> left;  // depths on no plane
 };
 
 struct PlaneSearch {
@@ -31,9 +31,9 @@ struct PlaneSearch {
   int triples = 0;       // that are tried for each plane
 };
 
-// RANSAC (Fischler and Bolles 1981), the plane with most depths first. A depth within twice the
-// tolerance of a plane is no part of the next ones. At most kMaxPlanes. At most kMaxPlaneSamples
-// of the depths, evenly spaced, are looked at: `on` and `left` are of these.
+// RANSAC (Fischler and Bolles 1981), the plane with most depths first, kMaxPlanes at most. A depth
+// within twice the tolerance of a plane is no part of the next ones. Only kMaxPlaneSamples of the
+// depths, evenly spaced, are looked at: `on` and `left` are of these.
 constexpr size_t kMaxPlanes = 3, kMaxPlaneSamples = 400;
 FoundPlanes FindPlanes(const std::vector<InverseDepth>& depths, const PlaneSearch& search);
 
