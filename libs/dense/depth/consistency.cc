@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <opencv2/imgproc.hpp>
 
 #include "depth/agreement.h"
 
@@ -49,24 +50,49 @@ bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreeme
          }) < contradicting;
 }
 
+// Of a pixel: the maps that agree, kMinAgreeing at most.
+int CountAgreeing(const DepthMap& map, int x, int y, const std::vector<Agreement>& others,
+                  Mean* mean) {
+  for (const Agreement& other : others) {
+    if (const auto estimate = other.Find(x, y, map.depth(y, x))) mean->Add(*estimate);
+  }
+  return std::min(mean->count() - 1, kMinAgreeing);
+}
+
+// The means of all pixels that a map agrees with. `agreeing`: how many do.
+DepthMap MeanOfAgreeing(const DepthMap& map, const std::vector<Agreement>& others,
+                        cv::Mat1f* agreeing) {
+  DepthMap means{map.camera, map.cam_from_world, cv::Mat1f(map.depth.size(), 0.0f),
+                 cv::Mat1f(map.depth.size(), 0.0f)};
+  *agreeing = cv::Mat1f(map.depth.size(), 0.0f);
+  for (int y = 0; y < map.depth.rows; ++y) {
+    for (int x = 0; x < map.depth.cols; ++x) {
+      if (!(map.depth(y, x) > 0)) continue;
+      Mean mean;
+      mean.Add({map.depth(y, x), map.error(y, x)});
+      const int count = CountAgreeing(map, x, y, others, &mean);
+      if (count == 0) continue;
+      (*agreeing)(y, x) = static_cast<float>(count);
+      means.depth(y, x) = static_cast<float>(mean.Value());
+      means.error(y, x) = static_cast<float>(mean.Error());
+    }
+  }
+  return means;
+}
+
 }  // namespace
 
 DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others) {
-  DepthMap kept{map.camera, map.cam_from_world, cv::Mat1f(map.depth.size(), 0.0f),
-                cv::Mat1f(map.depth.size(), 0.0f)};
-  const std::vector<Agreement> agreements = AgreementsOf(map, others);
+  cv::Mat1f agreeing, around;
+  DepthMap kept = MeanOfAgreeing(map, AgreementsOf(map, others), &agreeing);
+  const cv::Size patch(kAgreementPatch, kAgreementPatch);
+  cv::boxFilter(agreeing, around, -1, patch, cv::Point(-1, -1), false);
+  const float most = static_cast<float>(kMinAgreeing * patch.area());
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
-      const float depth = map.depth(y, x);
-      if (!(depth > 0)) continue;
-      Mean mean;
-      mean.Add({depth, map.error(y, x)});
-      for (const Agreement& agreement : agreements) {
-        if (const auto estimate = agreement.Find(x, y, depth)) mean.Add(*estimate);
-      }
-      if (mean.count() <= kMinAgreeing) continue;
-      kept.depth(y, x) = static_cast<float>(mean.Value());
-      kept.error(y, x) = static_cast<float>(mean.Error());
+      float &depth = kept.depth(y, x), &error = kept.error(y, x);
+      if (around(y, x) < static_cast<float>(patch.area()) + 0.5f) depth = error = 0;
+      error = std::hypot(error, (1 - around(y, x) / most) * kMaxDepthDifference * depth);
     }
   }
   return kept;

@@ -8,14 +8,18 @@
 
 namespace skein {
 
-// A depth stays if so many other maps agree with it (agreement.h).
+// A depth stays if a map agrees with it (agreement.h), and more than one on the mean over a patch
+// around it. So many count of a pixel, at most: a surface is seen whole, chance agrees here and
+// there.
 constexpr int kMinAgreeing = 2;
+constexpr int kAgreementPatch = 5;  // pixels
 // A depth is contradicted if so many other maps see past it (agreement.h), and fewer agree.
 constexpr int kMinContradicting = 3;
 
-// `map` without the depths that fewer of `others` agree with. A depth that stays becomes the mean
-// of its own and the agreeing ones, weighted by 1 / error^2; `error` is that of the mean, from the
-// errors and from the spread of what was averaged.
+// `map` without the depths that too few of `others` agree with. A depth that stays becomes the mean
+// of its own and the agreeing ones, weighted by 1 / error^2. `error` is that of the mean, from the
+// errors and from the spread of what was averaged, and by the part of the patch's agreement that is
+// missing the most by which agreeing depths differ.
 DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others);
 
 // 0 where a depth of `map` is contradicted, as that of a thing that moved between the photos. 255

@@ -34,6 +34,28 @@ TEST(KeepAgreed, OneAgreeingMapIsNotEnough) {
   EXPECT_EQ(KeepAgreed(map, {}).Completeness(), 0);
 }
 
+const cv::Rect kSpot(78, 58, 5, 5);
+
+int NumKept(const DepthMap& kept, const cv::Rect& area) {
+  return cv::countNonZero(kept.depth(area));
+}
+
+// Each map is right here and there: three are seldom right at the same pixel.
+TEST(KeepAgreed, OneAgreeingMapIsEnoughWhereTwoAgreeAround) {
+  const DepthMap map = TrueMap(kHere), a = TrueMap(kHere);
+  DepthMap b = TrueMap(kHere);
+  b.depth(kSpot) *= 1.05;
+  EXPECT_EQ(NumKept(KeepAgreed(map, {&a, &b}), kSpot), kSpot.area() - 1);
+}
+
+// As chance agrees.
+TEST(KeepAgreed, APixelThatTwoAgreeWithAloneIsAHole) {
+  const DepthMap map = TrueMap(kHere);
+  DepthMap a = TrueMap(kHere, 1.05), b = TrueMap(kHere, 1.05);
+  a.depth(60, 80) = b.depth(60, 80) = map.depth(60, 80);
+  EXPECT_EQ(KeepAgreed(map, {&a, &b}).Completeness(), 0);
+}
+
 TEST(KeepAgreed, AMapOfHolesAgreesWithNothing) {
   const DepthMap map = TrueMap(kHere), a = TrueMap(PoseAt({1, 0, 0}));
   DepthMap holes = TrueMap(PoseAt({0, 1, 0}));

@@ -58,6 +58,8 @@ struct DepthPhoto {
 // The depths at which the surface is searched, 0 < near < far.
 struct DepthRange {
   double near = 0, far = 0;
+  // Planes of space that the surface may lie on: inverse depth = plane . (DepthCamera::Ray, 1).
+  std::vector<Eigen::Vector3d> planes = {};
 };
 
 // Planes whose inverse depth at a ray (DepthCamera::Ray) is `plane` + slope . (ray - centre), from

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "testing/wall_photos.h"
 
 namespace skein::depth_test {
@@ -29,8 +31,8 @@ DepthMap CoarseMap(const std::function<double(const Eigen::Vector2d& ray)>& inve
 }
 
 // The search of a neighbour one unit aside.
-double SearchOf(const DepthRegion& region) {
-  return kPhotoCamera.focal_px.x() * (region.planes.last - region.planes.first);
+double SearchOf(const cv::Rect&, const SweepPlanes& planes) {
+  return kPhotoCamera.focal_px.x() * (planes.last - planes.first);
 }
 
 std::vector<DepthRegion> RegionsOf(const DepthMap& coarse) {
@@ -44,14 +46,17 @@ void ExpectToCoverThePhoto(const std::vector<DepthRegion>& regions) {
 }
 
 bool Searches(const DepthRegion& region, const Eigen::Vector2d& ray, double inverse) {
-  const double offset = inverse - region.planes.InverseDepth(ray, 0);
-  return offset >= region.planes.first && offset <= region.planes.last;
+  return std::any_of(region.families.begin(), region.families.end(),
+                     [&](const SweepPlanes& planes) {
+                       const double offset = inverse - planes.InverseDepth(ray, 0);
+                       return offset >= planes.first && offset <= planes.last;
+                     });
 }
 
 TEST(RegionsOf, OneIsEnoughForAWall) {
   const auto regions = RegionsOf(CoarseMap([](const auto&) { return 0.2; }));
   ASSERT_EQ(regions.size(), 1u);
-  EXPECT_LT(SearchOf(regions[0]), 40);
+  EXPECT_LT(SearchOf(regions[0].area, regions[0].families[0]), 40);
   EXPECT_TRUE(Searches(regions[0], {0, 0}, 0.2));
 }
 
@@ -60,9 +65,25 @@ TEST(RegionsOf, AFloorIsSearchedByPlanesParallelToIt) {
   const auto floor = [](const Eigen::Vector2d& ray) { return (ray.y() + 0.5) / 1.5; };
   const auto regions = RegionsOf(CoarseMap(floor));
   ASSERT_EQ(regions.size(), 1u);
-  EXPECT_LT(SearchOf(regions[0]), 40);
-  EXPECT_NEAR(regions[0].planes.slope.y(), 1 / 1.5, 1e-3);
+  EXPECT_LT(SearchOf(regions[0].area, regions[0].families[0]), 40);
+  EXPECT_NEAR(regions[0].families[0].slope.y(), 1 / 1.5, 1e-3);
   EXPECT_TRUE(Searches(regions[0], {0.1, 0.3}, floor({0.1, 0.3})));
+}
+
+// Ground 1.5 units below the camera up to a wall 10 units away: parallel to the ground, the wall is
+// 13 times as many planes as parallel to itself.
+TEST(RegionsOf, GroundAndWallAreSearchedByPlanesOfTheirOwn) {
+  const auto yard = [](const Eigen::Vector2d& ray) { return std::max(0.1, ray.y() / 1.5); };
+  const auto regions = RegionsOf(CoarseMap(yard));
+  ASSERT_EQ(regions.size(), 1u);
+  ASSERT_EQ(regions[0].families.size(), 2u);
+  for (const SweepPlanes& planes : regions[0].families) {
+    EXPECT_LT(SearchOf(regions[0].area, planes), 64);
+    EXPECT_LT(std::min(std::abs(planes.slope.y()), std::abs(planes.slope.y() - 1 / 1.5)), 0.01);
+  }
+  for (const Eigen::Vector2d& ray : {Eigen::Vector2d(0.2, 0.4), Eigen::Vector2d(-0.3, -0.3)}) {
+    EXPECT_TRUE(Searches(regions[0], ray, yard(ray)));
+  }
 }
 
 // As a room: a table at one unit before walls of all directions.
@@ -88,18 +109,18 @@ TEST(RegionsOf, WithoutCoarseDepthsAllIsSearched) {
   const auto regions = RegionsOf(holes);
   ExpectToCoverThePhoto(regions);
   for (const DepthRegion& region : regions) {
-    EXPECT_EQ(region.planes.first, kWholeSearch.first);
-    EXPECT_EQ(region.planes.last, kWholeSearch.last);
+    EXPECT_EQ(region.families[0].first, kWholeSearch.first);
+    EXPECT_EQ(region.families[0].last, kWholeSearch.last);
   }
 }
 
 // As around the point that a camera moves towards.
 TEST(RegionsOf, WithoutParallaxAllIsSearched) {
   const DepthMap coarse = CoarseMap([](const auto&) { return 0.2; });
-  const auto none = [](const DepthRegion&) { return 0.0; };
+  const auto none = [](const cv::Rect&, const SweepPlanes&) { return 0.0; };
   const auto regions = skein::RegionsOf(BlackPhoto(), coarse, kWholeSearch, 128, none);
   ASSERT_EQ(regions.size(), 1u);
-  EXPECT_EQ(regions[0].planes.last, kWholeSearch.last);
+  EXPECT_EQ(regions[0].families[0].last, kWholeSearch.last);
 }
 
 TEST(Halved, ShowsTheSameRays) {

@@ -16,23 +16,25 @@ namespace skein {
 namespace {
 
 constexpr int kCensusThreshold = 2;  // grey levels
-constexpr int kTruncation = 6;       // of kCensusBits, of a neighbour's cost above the best one's
+constexpr int kTruncation = 4;       // of kCensusBits, of a neighbour's cost above the best one's
 // Penalties of a path, of a neighbour: of a change of depth by one step, and of a larger one.
-constexpr int kSmallPenalty = 5, kLargePenalty = 22;
+constexpr int kSmallPenalty = 4, kLargePenalty = 40;
 static_assert(kTruncation + kSmallPenalty + kLargePenalty <=
               kMaxPathCost / kMaxSweepViews - kCensusBits);
 // A depth is a hole unless the sum of the paths' costs two steps away or more is this share higher,
 // and the cost at its step is this share below the mean over all steps around it.
-constexpr double kMinUniqueness = 0.02, kMinEvidence = 0.12;
+constexpr double kMinUniqueness = 0.06, kMinEvidence = 0.06;
 
+// Pixels by which a plane moves a neighbour's pixel more than the one beside it, at least, that
+// parallel planes z = const miss it.
+constexpr double kMinSlope = 0.5;
 constexpr int kStopRows = 16;  // rows between two questions whether to stop
 constexpr int kEvidenceWindow = 5;
 constexpr int kRegionMarginPx = 8;  // around a region, where paths begin
-// Standard errors: of a match with the least evidence that is kept, and of a sub-step (measured:
-// docs/experiments/depth.md).
-constexpr double kMatchErrorPx = 0.7;
-constexpr double kEvidencePower = 0.75;  // by which more evidence makes it less
-constexpr double kSubStepError = 0.3;    // of a step
+// Standard errors: of a match with the least evidence that is kept, less by the power of 0.75 with
+// more evidence; of a sub-step (measured: docs/experiments/depth.md).
+constexpr double kMatchErrorPx = 1;
+constexpr double kSubStepError = 0.24;  // of a step
 
 // Adds the CPU time of its life.
 class PartTimer {
@@ -64,6 +66,10 @@ void CheckInput(const DepthPhoto& photo, const std::vector<const DepthPhoto*>& n
   if (!(range.near > 0 && range.near < range.far && std::isfinite(range.far))) {
     throw std::invalid_argument("depth map: give depths 0 < near < far");
   }
+  if (!std::all_of(range.planes.begin(), range.planes.end(),
+                   [](const Eigen::Vector3d& plane) { return plane.allFinite(); })) {
+    throw std::invalid_argument("depth map: a plane is not finite");
+  }
   const bool sound = IsSound(photo) && std::all_of(neighbours.begin(), neighbours.end(),
                                                    [](const auto* n) { return IsSound(*n); });
   if (!sound) {
@@ -87,15 +93,19 @@ class DepthSweep::Workspace {
                               const std::vector<const DepthPhoto*>& neighbours,
                               const SweepPlanes& planes, const DepthStop& stop) {
     const bool is_small = std::min(photo.camera.width, photo.camera.height) < 2 * kMinRegionPx;
-    if (is_small || LongestSearchPx(photo, neighbours, planes) <= kMaxSweepSteps) {
-      return Sweep(photo, neighbours, planes, kMinSweepSteps, stop);
+    if (is_small || LongestSearchPx(photo, neighbours, planes) < kMaxFamilySteps) {
+      return Sweep(photo, neighbours, WholeSearch(photo, neighbours, planes), kMinSweepSteps, stop);
     }
     const std::optional<DepthMap> coarse = RunHalved(photo, neighbours, planes, stop);
     if (!coarse) return std::nullopt;
     return SweepRegions(photo, neighbours, planes, *coarse, stop);
   }
 
-  void ResetTimes() { times_ = {}; }
+  // given: DepthRange::planes.
+  void Reset(const std::vector<Eigen::Vector3d>& given) {
+    times_ = {};
+    given_ = given;
+  }
   const DepthTimes& times() const { return times_; }
   int steps() const { return steps_; }
 
@@ -110,6 +120,23 @@ class DepthSweep::Workspace {
       longest = std::max(longest, SearchLengthPx(photo, *neighbour, planes));
     }
     return longest;
+  }
+
+  // All of the range by one slope, and what lies around each given plane whose slope that misses.
+  std::vector<SweepPlanes> WholeSearch(const DepthPhoto& photo,
+                                       const std::vector<const DepthPhoto*>& neighbours,
+                                       const SweepPlanes& whole) const {
+    std::vector<SweepPlanes> families = {whole};
+    const double search = LongestSearchPx(photo, neighbours, whole);
+    if (!(search > 0)) return families;
+    const double px = (whole.last - whole.first) / search;
+    const double ends = (kSweepLanes - 1) * px / 2;
+    for (const Eigen::Vector3d& plane : given_) {
+      const Eigen::Vector2d slope = plane.head<2>();
+      if (slope.cwiseQuotient(photo.camera.focal_px).norm() < kMinSlope * px) continue;
+      families.push_back({plane.z() - ends, plane.z() + ends, slope, Eigen::Vector2d::Zero()});
+    }
+    return families;
   }
 
   std::optional<DepthMap> RunHalved(const DepthPhoto& photo,
@@ -127,13 +154,13 @@ class DepthSweep::Workspace {
                                        const SweepPlanes& planes, const DepthMap& coarse,
                                        const DepthStop& stop) {
     DepthMap map = HolesOf(photo);
-    const auto search_px = [&](const DepthRegion& region) {
-      return LongestSearchPx(Cropped(photo, region.area), neighbours, region.planes);
+    const auto search_px = [&](const cv::Rect& area, const SweepPlanes& planes) {
+      return LongestSearchPx(Cropped(photo, area), neighbours, planes);
     };
-    for (const DepthRegion& region : RegionsOf(photo, coarse, planes, kMaxSweepSteps, search_px)) {
+    for (const DepthRegion& region : RegionsOf(photo, coarse, planes, kMaxFamilySteps, search_px)) {
       const cv::Rect around = Around(region.area) & cv::Rect(cv::Point(), map.depth.size());
       const DepthPhoto part = Cropped(photo, around);
-      const auto found = Sweep(part, neighbours, region.planes, kSweepLanes, stop);
+      const auto found = Sweep(part, neighbours, region.families, kSweepLanes, stop);
       if (!found) return std::nullopt;
       const cv::Rect inside(region.area.tl() - around.tl(), region.area.size());
       found->depth(inside).copyTo(map.depth(region.area));
@@ -154,44 +181,89 @@ class DepthSweep::Workspace {
 
   std::optional<DepthMap> Sweep(const DepthPhoto& photo,
                                 const std::vector<const DepthPhoto*>& neighbours,
-                                const SweepPlanes& planes, int min_steps, const DepthStop& stop) {
+                                const std::vector<SweepPlanes>& families, int min_steps,
+                                const DepthStop& stop) {
     photo_ = &photo;
     min_steps_ = min_steps;
     width_ = photo.camera.width;
     height_ = photo.camera.height;
-    planes_ = planes;
-    MakeViews(neighbours);
+    MakeFamilies(families, neighbours);
     DepthMap map = HolesOf(photo);
-    if (views_.empty()) return map;
+    if (num_views_ == 0) return map;
     const bool is_done = SumCosts(stop) && AddPaths(1, stop) && AddPaths(-1, stop);
     if (!is_done) return std::nullopt;
     FillMap(&map);
     return map;
   }
 
-  double PlaneOf(double step) const { return planes_.first + step * step_size_; }
+  // Planes of one slope, and the neighbours as their middle plane shows them.
+  struct Family {
+    SweepPlanes planes;
+    std::vector<WarpedView> views;
+    int first_step = 0, steps = 0;
+    double step_size = 0;
+
+    double PlaneOf(double step) const { return planes.first + step * step_size; }
+    double InverseDepth(const Eigen::Vector2d& ray, double step) const {
+      return planes.InverseDepth(ray, PlaneOf(step));
+    }
+    // By which all neighbours move for a unit of inverse depth, taken together.
+    double Parallax(const Eigen::Vector2d& ray, double step) const {
+      double sum = 0;
+      for (const WarpedView& view : views) {
+        const double one = view.Parallax(ray, PlaneOf(step));
+        sum += one * one;
+      }
+      return std::sqrt(sum);
+    }
+  };
 
   static DepthMap HolesOf(const DepthPhoto& photo) {
     const cv::Size size = photo.grey.size();
     return {photo.camera, photo.cam_from_world, cv::Mat1f(size, 0.0f), cv::Mat1f(size, 0.0f)};
   }
 
-  void MakeViews(const std::vector<const DepthPhoto*>& neighbours) {
+  void MakeFamilies(const std::vector<SweepPlanes>& families,
+                    const std::vector<const DepthPhoto*>& neighbours) {
     const PartTimer timer(&times_.warp);
-    views_.clear();
-    double longest = 0;
+    const std::vector<const DepthPhoto*> matched = WithParallax(families, neighbours);
+    num_views_ = static_cast<int>(matched.size());
+    families_.clear();
+    steps_ = 0;
+    for (const SweepPlanes& planes : families) AddFamily(planes, matched);
+  }
+
+  std::vector<const DepthPhoto*> WithParallax(
+      const std::vector<SweepPlanes>& families,
+      const std::vector<const DepthPhoto*>& neighbours) const {
+    std::vector<const DepthPhoto*> matched;
     for (const DepthPhoto* neighbour : neighbours) {
-      if (views_.size() == kMaxSweepViews) break;
-      WarpedView view(*photo_, *neighbour, planes_);
-      const double length = view.SearchLengthPx();
-      if (length < kMinSearchPx) continue;
-      longest = std::max(longest, length);
-      views_.push_back(std::move(view));
+      if (matched.size() == kMaxSweepViews) break;
+      const bool has =
+          std::any_of(families.begin(), families.end(), [&](const SweepPlanes& planes) {
+            return SearchLengthPx(*photo_, *neighbour, planes) >= kMinSearchPx;
+          });
+      if (has) matched.push_back(neighbour);
     }
-    const double wanted = std::min<double>(longest, kMaxSweepSteps) + 1;
-    steps_ = RoundUp(std::max(static_cast<int>(wanted), min_steps_), kSweepLanes);
-    steps_ = std::min(steps_, kMaxSweepSteps / kSweepLanes * kSweepLanes);
-    step_size_ = (planes_.last - planes_.first) / (steps_ - 1);
+    return matched;
+  }
+
+  void AddFamily(const SweepPlanes& planes, const std::vector<const DepthPhoto*>& matched) {
+    Family family;
+    family.planes = planes;
+    double longest = 0;
+    for (const DepthPhoto* neighbour : matched) {
+      family.views.emplace_back(*photo_, *neighbour, planes);
+      longest = std::max(longest, family.views.back().SearchLengthPx());
+    }
+    const int least = families_.empty() ? min_steps_ : kSweepLanes;
+    const int wanted = RoundUp(std::max(static_cast<int>(longest) + 1, least), kSweepLanes);
+    family.steps = std::min({wanted, kMaxFamilySteps, kMaxSweepSteps - steps_});
+    if (family.steps == 0) return;  // no room
+    family.step_size = (planes.last - planes.first) / (family.steps - 1);
+    family.first_step = steps_;
+    steps_ += family.steps;
+    families_.push_back(std::move(family));
   }
 
   // ---- Costs: of each plane, [step][row][column] ----
@@ -218,17 +290,25 @@ class DepthSweep::Workspace {
     }
   }
 
+  Family& FamilyOf(int step) {
+    size_t i = 0;
+    while (i + 1 < families_.size() && families_[i + 1].first_step <= step) ++i;
+    return families_[i];
+  }
+
   uint8_t* CostRow(int step, int y) {
     return costs_.data() + (static_cast<size_t>(step) * height_ + y) * stride_;
   }
 
   void SumCostsOf(int step) {
     const PartTimer timer(&times_.costs);
-    const int num_views = static_cast<int>(views_.size());
+    const int num_views = num_views_;
+    Family& family = FamilyOf(step);
+    views_ = &family.views;
     warped_.Resize(width_ + 2 * kWarpBorder + 2 * kSweepMargin, num_views * kCensusRows);
     int widest = 0;
-    for (WarpedView& view : views_) {
-      view.SetPlane(PlaneOf(step));
+    for (WarpedView& view : *views_) {
+      view.SetPlane(family.PlaneOf(step - family.first_step));
       widest = std::max(widest, view.source_width());
     }
     warp_scratch_.resize(widest + 2 * kSweepMargin + kSweepLanes);
@@ -245,9 +325,9 @@ class DepthSweep::Workspace {
   }
 
   void WarpRowOf(int i, int y) {
-    if (!views_[i].IsSeen()) return;
+    if (!(*views_)[i].IsSeen()) return;
     WarpTask task = {};
-    views_[i].FillRow(y, &task);
+    (*views_)[i].FillRow(y, &task);
     task.scratch = warp_scratch_.data();
     task.out = WarpedRow(i, y) - kWarpBorder;
     kernels_.warp(task);
@@ -255,14 +335,14 @@ class DepthSweep::Workspace {
 
   void CensusRowOf(int step, int y) {
     CensusTask task = {};
-    task.num_views = static_cast<int>(views_.size());
+    task.num_views = num_views_;
     for (int k = 0; k < kCensusRows; ++k) {
       task.reference[k] = reference_.Row(y + k);
       for (int i = 0; i < task.num_views; ++i) {
         task.views[i][k] = WarpedRow(i, y + k - kCensusRadius);
       }
     }
-    for (int i = 0; i < task.num_views; ++i) views_[i].Range(y, &task.first[i], &task.last[i]);
+    for (int i = 0; i < task.num_views; ++i) (*views_)[i].Range(y, &task.first[i], &task.last[i]);
     task.threshold = kCensusThreshold;
     task.truncation = kTruncation;
     task.width = width_;
@@ -285,6 +365,7 @@ class DepthSweep::Workspace {
     row_costs_.resize(static_cast<size_t>(RoundUp(width_, kSweepLanes)) * steps_);
     SetPenalties();
     choices_.resize(static_cast<size_t>(width_) * height_);
+    for (auto& row : row_choices_) row.resize(width_);
     for (int i = 0; i < height_; ++i) {
       if (i % kStopRows == 0 && stop && stop()) return false;
       const int y = direction > 0 ? i : height_ - 1 - i;
@@ -305,7 +386,7 @@ class DepthSweep::Workspace {
     }
   }
 
-  int NumViews() const { return static_cast<int>(views_.size()); }
+  int NumViews() const { return num_views_; }
   int SmallPenalty() const { return kSmallPenalty * NumViews(); }
 
   // Less where the photo has an edge: depth may have one, too.
@@ -349,10 +430,60 @@ class DepthSweep::Workspace {
 
   uint16_t* SumRow(int y) { return sums_.data() + static_cast<size_t>(y) * width_ * steps_; }
 
+  // The best step of a pixel, of all families.
+  struct Choice {
+    uint8_t family = 0;
+    StepChoice at;        // `step` counts from the family's first
+    uint16_t second = 0;  // the least sum of another depth
+    float mean = 0;       // of the costs
+  };
+
   void ChooseRow(int y) {
     const PartTimer timer(&times_.choice);
-    kernels_.choose({SumRow(y), row_costs_.data(), width_, steps_,
-                     choices_.data() + static_cast<size_t>(y) * width_});
+    for (size_t f = 0; f < families_.size(); ++f) {
+      const Family& family = families_[f];
+      kernels_.choose({SumRow(y) + family.first_step, row_costs_.data() + family.first_step, width_,
+                       family.steps, steps_, row_choices_[f].data()});
+    }
+    for (int x = 0; x < width_; ++x) choices_[Index(x, y)] = Best(x, y);
+  }
+
+  size_t Index(int x, int y) const { return static_cast<size_t>(y) * width_ + x; }
+
+  Choice Best(int x, int y) const {
+    Choice best;
+    best.at = row_choices_[0][x];
+    int mean = best.at.mean * families_[0].steps;
+    for (size_t f = 1; f < families_.size(); ++f) {
+      const StepChoice& other = row_choices_[f][x];
+      mean += other.mean * families_[f].steps;
+      if (other.least >= best.at.least) continue;
+      best.family = static_cast<uint8_t>(f);
+      best.at = other;
+    }
+    best.mean = static_cast<float>(mean) / static_cast<float>(16 * steps_);
+    best.second = Second(x, y, best);
+    return best;
+  }
+
+  // Another family's best step may be the same depth.
+  uint16_t Second(int x, int y, const Choice& best) const {
+    uint16_t second = best.at.second;
+    for (size_t f = 0; f < families_.size(); ++f) {
+      if (f == best.family) continue;
+      const StepChoice& other = row_choices_[f][x];
+      const bool is_same = StepsBetween(x, y, best, f) <= kSameDepthSteps;
+      second = std::min(second, is_same ? other.second : other.least);
+    }
+    return second;
+  }
+
+  double StepsBetween(int x, int y, const Choice& best, size_t other) const {
+    const Family &mine = families_[best.family], &theirs = families_[other];
+    const Eigen::Vector2d ray = photo_->camera.Ray({x + 0.5, y + 0.5});
+    const double difference = mine.InverseDepth(ray, best.at.step) -
+                              theirs.InverseDepth(ray, row_choices_[other][x].step);
+    return std::abs(difference) / std::max(mine.step_size, theirs.step_size);
   }
 
   // ---- Depths ----
@@ -366,33 +497,22 @@ class DepthSweep::Workspace {
 
   // Part of the mean cost by which the cost at the chosen step is lower, around each pixel.
   cv::Mat1f Evidence() const {
-    cv::Mat1f gain(height_, width_), mean(height_, width_);
+    cv::Mat1f gain(height_, width_);
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
-        const StepChoice& choice = choices_[static_cast<size_t>(y) * width_ + x];
-        mean(y, x) = static_cast<float>(choice.mean) / 16;
-        gain(y, x) = mean(y, x) - static_cast<float>(choice.cost);
+        const Choice& choice = choices_[Index(x, y)];
+        gain(y, x) = static_cast<float>(choice.mean - choice.at.cost);
       }
     }
-    const cv::Size window(kEvidenceWindow, kEvidenceWindow);
-    cv::boxFilter(gain, gain, -1, window);
+    cv::boxFilter(gain, gain, -1, cv::Size(kEvidenceWindow, kEvidenceWindow));
     return gain / static_cast<double>(NumViews() * kCensusBits) * 2;
   }
 
-  bool IsFound(const StepChoice& choice, float evidence) const {
-    if (choice.step == 0 || choice.step + 1 >= steps_) return false;  // truth may lie beyond
+  bool IsFound(const Choice& choice, float evidence) const {
+    const int last = families_[choice.family].steps - 1;
+    if (choice.at.step == 0 || choice.at.step == last) return false;  // truth may lie beyond
     if (evidence < kMinEvidence) return false;
-    return choice.second > (1 + kMinUniqueness) * choice.least;
-  }
-
-  // By which all neighbours move for a unit of inverse depth, taken together.
-  double Parallax(const Eigen::Vector2d& ray, double plane) const {
-    double sum = 0;
-    for (const WarpedView& view : views_) {
-      const double one = view.Parallax(ray, plane);
-      sum += one * one;
-    }
-    return std::sqrt(sum);
+    return choice.second > (1 + kMinUniqueness) * choice.at.least;
   }
 
   // Step and sub-step of each pixel, -1 at holes.
@@ -400,22 +520,25 @@ class DepthSweep::Workspace {
     cv::Mat1f found(height_, width_, -1.0f);
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
-        const StepChoice& choice = choices_[static_cast<size_t>(y) * width_ + x];
+        const Choice& choice = choices_[Index(x, y)];
         if (!photo_->valid.empty() && photo_->valid(y, x) == 0) continue;
         if (!IsFound(choice, evidence(y, x))) continue;
-        found(y, x) = static_cast<float>(choice.step + SubStep(choice));
+        found(y, x) = static_cast<float>(choice.at.step + SubStep(choice.at));
       }
     }
     return found;
   }
 
-  // Mean over the pixels around that are at most a step away: an edge stays where it is.
-  static float MeanAround(const cv::Mat1f& steps, int x, int y) {
+  // Mean over the pixels around of the same family that are at most a step away: an edge stays
+  // where it is.
+  float MeanAround(const cv::Mat1f& steps, int x, int y) const {
     const float middle = steps(y, x);
+    const int family = choices_[Index(x, y)].family;
     float sum = 0, count = 0;
     for (int v = std::max(0, y - 1); v <= std::min(y + 1, steps.rows - 1); ++v) {
       for (int u = std::max(0, x - 1); u <= std::min(x + 1, steps.cols - 1); ++u) {
         if (std::abs(steps(v, u) - middle) > 1 || steps(v, u) < 0) continue;
+        if (choices_[Index(u, v)].family != family) continue;
         sum += steps(v, u);
         count += 1;
       }
@@ -429,14 +552,16 @@ class DepthSweep::Workspace {
     for (int y = 0; y < height_; ++y) {
       for (int x = 0; x < width_; ++x) {
         if (steps(y, x) < 0) continue;
-        const double plane = PlaneOf(MeanAround(steps, x, y));
+        const Family& family = families_[choices_[Index(x, y)].family];
+        const double step = MeanAround(steps, x, y);
         const Eigen::Vector2d ray = photo_->camera.Ray({x + 0.5, y + 0.5});
-        const double inverse = planes_.InverseDepth(ray, plane);
-        const double parallax = Parallax(ray, plane);
+        const double inverse = family.InverseDepth(ray, step);
+        const double parallax = family.Parallax(ray, step);
         if (!(parallax > 0 && inverse > 0)) continue;
-        const double of_match =
-            kMatchErrorPx * std::pow(kMinEvidence / evidence(y, x), kEvidencePower) / parallax;
-        const double error = std::hypot(of_match, kSubStepError * step_size_);
+        const double less = kMinEvidence / evidence(y, x);
+        const double of_match = kMatchErrorPx * std::sqrt(less * std::sqrt(less)) / parallax;
+        const double of_step = kSubStepError * family.step_size;
+        const double error = std::sqrt(of_match * of_match + of_step * of_step);
         map->depth(y, x) = static_cast<float>(1 / inverse);
         map->error(y, x) = static_cast<float>(error / (inverse * inverse));
       }
@@ -447,21 +572,24 @@ class DepthSweep::Workspace {
     std::vector<uint8_t> costs[3], least[3];
   };
 
+  static constexpr double kSameDepthSteps = 2.5;  // by which one depth differs in two families
   static constexpr double kMinSearchPx = 4;  // less parallax over the whole range tells nothing
 
   const SweepKernels& kernels_;
   DepthTimes times_;
+  std::vector<Eigen::Vector3d> given_;
   const DepthPhoto* photo_ = nullptr;
   int width_ = 0, height_ = 0, stride_ = 0, min_steps_ = 0, steps_ = 0;
-  SweepPlanes planes_;
-  double step_size_ = 0;
-  std::vector<WarpedView> views_;
+  std::vector<Family> families_;
+  std::vector<WarpedView>* views_ = nullptr;  // of the family whose costs are summed
+  int num_views_ = 0;
   PaddedRows reference_, warped_;
   std::vector<uint8_t> costs_, warp_scratch_, census_scratch_, path_scratch_, row_costs_;
   std::vector<uint16_t> sums_;
   PathState states_[2];
   uint8_t penalties_[256] = {};
-  std::vector<StepChoice> choices_;
+  std::vector<StepChoice> row_choices_[kMaxSweepSteps / kSweepLanes];  // of each family
+  std::vector<Choice> choices_;
 };
 
 DepthSweep::DepthSweep(InstructionSet kernel) {
@@ -480,7 +608,7 @@ std::optional<DepthMap> DepthSweep::Estimate(const DepthPhoto& photo,
                                              const std::vector<const DepthPhoto*>& neighbours,
                                              const DepthRange& range, const DepthStop& stop) {
   CheckInput(photo, neighbours, range);
-  workspace_->ResetTimes();
+  workspace_->Reset(range.planes);
   return workspace_->Run(photo, neighbours, {1 / range.far, 1 / range.near}, stop);
 }
 

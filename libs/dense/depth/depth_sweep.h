@@ -8,8 +8,12 @@
 // over the neighbours, each limited to the best one's plus a constant: a neighbour in which the
 // surface is hidden counts little.
 //
-// A sweep has kMaxSweepSteps planes at most. A range whose planes would be more than a pixel apart
-// is searched from coarse to fine: the map of the photos at half their size gives regions
+// Planes of one slope (SweepPlanes), a family, miss what is much steeper, as ground at a grazing
+// angle. A sweep may have several families, beside each other in the costs: paths change the family
+// as they change to a far depth.
+//
+// A family has kMaxFamilySteps planes at most. A range whose planes would be more than a pixel
+// apart is searched from coarse to fine: the map of the photos at half their size gives regions
 // (depth_regions.h), each with a sweep of its own.
 #pragma once
 
@@ -25,7 +29,7 @@
 namespace skein {
 
 // Steps between near and far: as many as planes are one pixel apart in a neighbour, at least
-// kMinSweepSteps and at most kMaxSweepSteps, rounded up to a multiple of kSweepLanes.
+// kMinSweepSteps and at most kMaxFamilySteps, rounded up to a multiple of kSweepLanes.
 constexpr int kMinSweepSteps = 64;
 
 // CPU seconds of the last map's parts.

@@ -11,7 +11,7 @@
 namespace skein::depth_test {
 namespace {
 
-constexpr DepthRange kRange{7, 16};
+const DepthRange kRange{7, 16};
 
 struct Quality {
   double found = 0;  // part of the pixels
@@ -65,6 +65,19 @@ TEST(DepthSweep, TakesNeighboursThatAreTurnedNearerAndFarther) {
   const Quality quality = QualityOf(MapOf({}, poses), {});
   EXPECT_GT(quality.found, 0.7);
   EXPECT_GT(quality.right, 0.9);
+}
+
+// As a floor that the camera looks along: a neighbour's pixels are moved apart.
+TEST(DepthSweep, FindsAPlaneAtAGrazingAngleThatPointsLieOn) {
+  const Wall floor{10, -8};
+  const std::vector<DepthPose> around = {PoseAt({1, 0, 0}), PoseAt({-1, 0, 0}), PoseAt({0, 1, 0})};
+  const DepthRange range{1.5, 20}, with_plane{1.5, 20, {{0.8, 0, 0.1}}};
+  const auto quality = [&](const DepthRange& searched) {
+    return QualityOf(MapOf(floor, around, FastestInstructionSet(), searched), floor);
+  };
+  EXPECT_LT(quality(range).found * quality(range).right, 0.3);
+  EXPECT_GT(quality(with_plane).found, 0.5);
+  EXPECT_GT(quality(with_plane).right, 0.9);
 }
 
 TEST(DepthSweep, PredictsItsErrorWithinAFactorOfFour) {

@@ -1,10 +1,12 @@
 #include "depth/neighbours.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "core/angles.h"
+#include "depth/inverse_planes.h"
 
 namespace skein {
 namespace {
@@ -14,6 +16,10 @@ constexpr double kSamePlaceAngle = 2;                                           
 constexpr size_t kMinPoints = 8;
 constexpr double kOutliers = 0.01;  // part of the points, at each end
 constexpr double kMargin = 0.15;    // of the range of inverse depth, at each end
+// A plane of points: the part of the range of inverse depth by which a point may be off it, the
+// part of the points that lie on it, and the triples that are tried for it.
+constexpr double kOffPlane = 0.004, kMinOnPlane = 0.05;
+constexpr int kPlaneTriples = 1000;
 
 double AngleDeg(const Eigen::Vector3d& point, const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   const Eigen::Vector3d u = a - point, v = b - point;
@@ -65,6 +71,26 @@ double Gain(const Candidate& candidate, const std::vector<double>& left) {
   return candidate.part * sum;
 }
 
+// In front of the camera.
+std::vector<InverseDepth> InverseDepthsOf(const SparsePhoto& photo,
+                                          const std::vector<Eigen::Vector3d>& points) {
+  const DepthPose& pose = photo.cam_from_world;
+  std::vector<InverseDepth> depths;
+  for (const int i : photo.points) {
+    const Eigen::Vector3d point = pose.rotation * points[i] + pose.translation;
+    if (!(point.z() > 0 && point.allFinite())) continue;
+    depths.push_back({point.hnormalized(), 1 / point.z()});
+  }
+  return depths;
+}
+
+std::vector<Eigen::Vector3d> PlanesOf(const std::vector<InverseDepth>& depths, double range) {
+  std::vector<Eigen::Vector3d> planes;
+  const PlaneSearch search{kOffPlane * range, kMinOnPlane, kMinOnPlane, kPlaneTriples};
+  for (const FoundPlane& found : FindPlanes(depths, search).planes) planes.push_back(found.plane);
+  return planes;
+}
+
 }  // namespace
 
 std::vector<int> ChooseNeighbours(const std::vector<SparsePhoto>& photos,
@@ -98,24 +124,22 @@ std::vector<int> ChooseNeighbours(const std::vector<SparsePhoto>& photos,
 std::vector<double> DepthsOfPoints(const SparsePhoto& photo,
                                    const std::vector<Eigen::Vector3d>& points) {
   std::vector<double> depths;
-  for (const int i : photo.points) {
-    const double depth =
-        photo.cam_from_world.rotation.row(2) * points[i] + photo.cam_from_world.translation.z();
-    if (depth > 0 && std::isfinite(depth)) depths.push_back(depth);
-  }
+  for (const InverseDepth& one : InverseDepthsOf(photo, points)) depths.push_back(1 / one.inverse);
   return depths;
 }
 
 std::optional<DepthRange> RangeOfPoints(const SparsePhoto& photo,
                                         const std::vector<Eigen::Vector3d>& points) {
-  std::vector<double> inverse = DepthsOfPoints(photo, points);
-  for (double& value : inverse) value = 1 / value;
-  if (inverse.size() < kMinPoints) return std::nullopt;
+  const std::vector<InverseDepth> depths = InverseDepthsOf(photo, points);
+  if (depths.size() < kMinPoints) return std::nullopt;
+  std::vector<double> inverse;
+  for (const InverseDepth& one : depths) inverse.push_back(one.inverse);
   std::sort(inverse.begin(), inverse.end());
   const size_t outliers = static_cast<size_t>(kOutliers * static_cast<double>(inverse.size()));
   const double low = inverse[outliers], high = inverse[inverse.size() - 1 - outliers];
   const double margin = kMargin * std::max(high - low, 0.1 * high);
-  return DepthRange{1 / (high + margin), 1 / std::max(low - margin, 0.5 * low)};
+  const double first = std::max(low - margin, 0.5 * low), last = high + margin;
+  return DepthRange{1 / last, 1 / first, PlanesOf(depths, last - first)};
 }
 
 }  // namespace skein

@@ -33,7 +33,8 @@ std::vector<double> DepthsOfPoints(const SparsePhoto& photo,
                                    const std::vector<Eigen::Vector3d>& points);
 
 // The depths of a photo's points, with a margin of inverse depth on both sides, without the nearest
-// and the farthest percent. nullopt: too few points in front of the camera.
+// and the farthest percent, and the planes that many of them lie on. nullopt: too few points in
+// front of the camera.
 std::optional<DepthRange> RangeOfPoints(const SparsePhoto& photo,
                                         const std::vector<Eigen::Vector3d>& points);
 

@@ -17,12 +17,13 @@ constexpr int kSweepMargin = 128;  // bytes
 constexpr int kSweepBlock = 8;     // columns that read one window of a warped row
 constexpr int kSweepWindow = 16;   // bytes of that window
 constexpr int kWeightUnit = 64;    // weights of linear interpolation
-constexpr int kMaxSweepViews = 4;  // neighbours of a photo
+constexpr int kMaxSweepViews = 3;  // neighbours of a photo
 constexpr int kCensusRadius = 3;   // rows and columns around the middle
 constexpr int kCensusRows = 2 * kCensusRadius + 1;
-constexpr int kCensusBits = 24;  // of a window: comparisons with its middle
-constexpr int kSweepLanes = 32;  // the number of steps is a multiple of it
-constexpr int kMaxSweepSteps = 128;
+constexpr int kCensusBits = 24;       // of a window: comparisons with its middle
+constexpr int kSweepLanes = 32;       // the number of steps is a multiple of it
+constexpr int kMaxFamilySteps = 128;  // of planes of one slope
+constexpr int kMaxSweepSteps = kMaxFamilySteps + 3 * kSweepLanes;
 constexpr int kMaxPathCost = 250;  // of a pixel, a step and a path, its penalties included
 
 // A row of a neighbour as a plane shows it: linear between `above` and `below`, then between
@@ -84,9 +85,9 @@ struct StepChoice {
 };
 
 struct ChoiceTask {
-  const uint16_t* sum;  // width x steps
-  const uint8_t* cost;  // width x steps
-  int width, steps;
+  const uint16_t* sum;  // of each column `steps`, `stride` apart
+  const uint8_t* cost;  // the same
+  int width, steps, stride;
   StepChoice* out;  // width
 };
 

@@ -213,8 +213,6 @@ void Census(const CensusTask& task) {
       return CensusOf<2>(task);
     case 3:
       return CensusOf<3>(task);
-    case 4:
-      return CensusOf<4>(task);
   }
 }
 
@@ -333,6 +331,12 @@ void Paths(const PathTask& task) {
       return PathsOf<96>(task);
     case 4:
       return PathsOf<128>(task);
+    case 5:
+      return PathsOf<160>(task);
+    case 6:
+      return PathsOf<192>(task);
+    case 7:
+      return PathsOf<224>(task);
   }
 }
 
@@ -390,14 +394,14 @@ inline uint16_t MeanCost(const uint8_t* cost, int steps) {
 
 void Choose(const ChoiceTask& task) {
   for (int x = 0; x < task.width; ++x) {
-    const uint16_t* sums = task.sum + static_cast<int64_t>(x) * task.steps;
+    const uint16_t* sums = task.sum + static_cast<int64_t>(x) * task.stride;
     StepChoice& out = task.out[x];
     const int step = StepOfLeast(sums, task.steps, &out.least);
     out.step = static_cast<uint8_t>(step);
     out.before = step > 0 ? sums[step - 1] : kNoSum;
     out.after = step + 1 < task.steps ? sums[step + 1] : kNoSum;
     out.second = LeastBut(sums, task.steps, step);
-    const uint8_t* cost = task.cost + static_cast<int64_t>(x) * task.steps;
+    const uint8_t* cost = task.cost + static_cast<int64_t>(x) * task.stride;
     out.mean = MeanCost(cost, task.steps);
     out.cost = cost[step];
   }

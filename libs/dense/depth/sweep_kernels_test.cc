@@ -193,19 +193,22 @@ TEST_P(SweepKernelsOfVersion, PathsFollowSemiGlobalMatching) {
   }
 }
 
+// Of some of a column's steps.
 TEST_P(SweepKernelsOfVersion, ChoosesTheFirstStepOfLeastCost) {
-  std::vector<uint16_t> sums(kWidth * kSteps);
+  constexpr int kStride = kSteps + 2 * kSweepLanes, kFirst = kSweepLanes;
+  std::vector<uint16_t> sums(kWidth * kStride);
   for (uint16_t& sum : sums) sum = static_cast<uint16_t>(Random(600, 700));
-  const Row cost = RandomRow(kWidth * kSteps, 96);
+  const Row cost = RandomRow(kWidth * kStride, 96);
   std::vector<StepChoice> out(kWidth);
-  Kernels().choose({sums.data(), cost.data(), kWidth, kSteps, out.data()});
+  Kernels().choose({&sums[kFirst], &cost[kFirst], kWidth, kSteps, kStride, out.data()});
   for (int x = 0; x < kWidth; ++x) {
-    const uint16_t* of = &sums[x * kSteps];
+    const uint16_t* of = &sums[x * kStride + kFirst];
+    const uint8_t* costs = &cost[x * kStride + kFirst];
     const int step = static_cast<int>(std::min_element(of, of + kSteps) - of);
     int second = 0xffff, mean = 0;
     for (int s = 0; s < kSteps; ++s) {
       if (std::abs(s - step) > 2) second = std::min<int>(second, of[s]);
-      mean += cost[x * kSteps + s];
+      mean += costs[s];
     }
     ASSERT_EQ(out[x].step, step);
     ASSERT_EQ(out[x].least, of[step]);
@@ -213,7 +216,7 @@ TEST_P(SweepKernelsOfVersion, ChoosesTheFirstStepOfLeastCost) {
     ASSERT_EQ(out[x].after, step + 1 < kSteps ? of[step + 1] : 0xffff);
     ASSERT_EQ(out[x].second, second);
     ASSERT_EQ(out[x].mean, 16 * mean / kSteps);
-    ASSERT_EQ(out[x].cost, cost[x * kSteps + step]);
+    ASSERT_EQ(out[x].cost, costs[step]);
   }
 }
 
