@@ -115,7 +115,7 @@ bool Adjuster::ChooseIntrinsics(bool is_final) {
   const Timer timer;
   bool any = false;
   if (options_.camera_model == kModelByEvidence) {
-    any |= ChooseCameraModels(GlobalBaOptions(false), options_.global_growth, &map_);
+    any |= ChooseCameraModels(GlobalBaOptions(false), &map_);
   }
   if (is_final) any |= GiveOwnCameras(GlobalBaOptions(false), &map_);
   cost_.solve_s += timer.ElapsedS();

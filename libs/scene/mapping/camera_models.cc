@@ -23,11 +23,11 @@ constexpr int kMinPhotos = 3;
 constexpr double kMaxLooser = 1.5;
 constexpr double kMaxErrorPx = 100;  // what an observation may add, also one behind the camera
 
-std::vector<Camera> OpenCameras(const SceneMap& map, double growth) {
+std::vector<Camera> OpenCameras(const SceneMap& map) {
   std::vector<Camera> open;
   for (const auto& [id, state] : map.camera_states()) {
     if (state.known || state.num_registered < kMinPhotos) continue;
-    if (state.num_registered < growth * state.num_at_choice) continue;
+    if (state.num_registered == state.num_at_choice) continue;
     open.push_back(map.reconstruction().Camera(id));
   }
   return open;
@@ -85,8 +85,8 @@ Camera WithModel(const Camera& camera, int model_id) {
 
 class Chooser {
  public:
-  Chooser(const BundleOptions& options, double growth, SceneMap* map)
-      : options_(options), map_(*map), before_(OpenCameras(*map, growth)) {
+  Chooser(const BundleOptions& options, SceneMap* map)
+      : options_(options), map_(*map), before_(OpenCameras(*map)) {
     options_.factor = nullptr;  // of other unknowns
   }
 
@@ -192,8 +192,8 @@ class Chooser {
 
 }  // namespace
 
-bool ChooseCameraModels(const BundleOptions& options, double growth, SceneMap* map) {
-  return Chooser(options, growth, map).Run();
+bool ChooseCameraModels(const BundleOptions& options, SceneMap* map) {
+  return Chooser(options, map).Run();
 }
 
 }  // namespace skein

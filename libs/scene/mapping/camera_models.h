@@ -27,8 +27,8 @@ constexpr char kFirstModel[] = "SIMPLE_RADIAL";
 // free.
 //
 // Cameras of fewer than three photos, known ones, and those of single photos (own_cameras.h) stay
-// as they are, and those with fewer than `growth` times the photos that they had at the last
-// choice. True if a camera has another model now, with the poses and points that were found along.
-bool ChooseCameraModels(const BundleOptions& options, double growth, SceneMap* map);
+// as they are, and those with as many photos as at the last choice. True if a camera has another
+// model now, with the poses and points that were found along.
+bool ChooseCameraModels(const BundleOptions& options, SceneMap* map);
 
 }  // namespace skein

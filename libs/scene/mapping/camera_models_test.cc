@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 
 #include "mapping/checkpoint.h"
@@ -119,6 +120,23 @@ TEST_F(CameraModels, WithoutPhotosACameraIsAsItCame) {
   for (ImageId id = 1; id <= 14; ++id) map.Deregister(id);
   EXPECT_EQ(MappedCamera().ModelName(), "SIMPLE_RADIAL");
   EXPECT_EQ(map.camera_state(kCamera).prior_params, MappedCamera().Params());
+}
+
+// A map that was settled in the background, before anything was chosen.
+TEST_F(CameraModels, AFinishChoosesThemForASettledMap) {
+  const SyntheticOptions options = WidePhotos();
+  SubmapOptions submap;
+  submap.background = true;
+  submap.max_images_all_global = 2;
+  SubmapRig rig(options, submap);
+  TakeWith(kFisheye.model, kFisheye.params, options.camera, &rig.scene);
+  rig.FeedAll();
+  while (rig.map.Maintain(std::numeric_limits<double>::infinity(), rig.Sink())) continue;
+  const Camera& camera = rig.map.map().reconstruction().Camera(kCamera);
+  EXPECT_EQ(camera.ModelId(), kSimpleRadial);
+  rig.map.Finish(rig.Sink());
+  EXPECT_EQ(camera.ModelId(), kOpenCvFisheye);
+  EXPECT_LT(rig.PositionErrorPercent(), 0.1);
 }
 
 // A person knows this lens, and leaves its parameters to be refined.

@@ -341,13 +341,11 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     if (options_.IsStopped()) return;
     maintenance_.Drop();
     if (map_->reconstruction().NumRegImages() < 2) return;
-    if (settled_.checked && settled_.none_misplaced) return;
+    if (settled_.checked && settled_.intrinsics && settled_.none_misplaced) return;
+    if (!settled_.checked) AdjustGlobally(2, true, false);
+    if (!options_.IsStopped()) SettleIntrinsics();
+    if (options_.IsStopped()) return;
     if (!settled_.checked) {
-      AdjustGlobally(2, true, false);
-      if (!options_.IsStopped() && adjuster_.ChooseIntrinsics(true)) {
-        AdjustGlobally(2, true, false);
-      }
-      if (options_.IsStopped()) return;
       settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
       const std::vector<ImageId> false_poses = consistency_.FindPhotosWithBetterPose();
@@ -363,6 +361,15 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     settled_.none_misplaced = !WithdrawMisplaced(sink) && settled_.checked;
   }
   settled_.refined = settled_.checked = settled_.none_misplaced = settled_.all_tried = true;
+}
+
+// Also of a map that was settled in the background: there they are not chosen.
+void Submap::SettleIntrinsics() {
+  if (!settled_.intrinsics && adjuster_.ChooseIntrinsics(true)) {
+    AdjustGlobally(2, true, false);
+    settled_.checked = settled_.shape_known = false;
+  }
+  settled_.intrinsics = true;
 }
 
 void Submap::TryAllWaiting(const EventSink& sink) {

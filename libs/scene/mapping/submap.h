@@ -185,6 +185,7 @@ class Submap {
   void Keep(const PhotoTrial& trial, const EventSink& sink);
   int AdjustNewImage(ImageId new_image);
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
+  void SettleIntrinsics();
   void TryAllWaiting(const EventSink& sink);
 
   // Both withdraw those of `images` that contradict the map: too few observations, or most matches.
@@ -228,6 +229,7 @@ class Submap {
     bool refined = false;         // a global BA has begun, or has been done
     bool shape_known = false;     // by a background BA
     bool checked = false;         // the refinement is complete, and no photo contradicts the map
+    bool intrinsics = false;      // are those that the photos call for
     bool none_misplaced = false;  // nor is a group of photos misplaced
     bool all_tried = false;       // every waiting photo was tried against it
     bool consistent = false;      // the map is, as a whole
