@@ -50,7 +50,7 @@ bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreeme
          }) < contradicting;
 }
 
-// Of a pixel: the maps that agree, kMinAgreeing at most.
+// The number of maps that agree with a pixel, kMinAgreeing at most.
 int CountAgreeing(const DepthMap& map, int x, int y, const std::vector<Agreement>& others,
                   Mean* mean) {
   for (const Agreement& other : others) {

@@ -56,7 +56,7 @@ class Quadtree {
   std::vector<DepthRegion> Take() { return std::move(regions_); }
 
  private:
-  // Of one slope, or of several if that makes hardly more planes.
+  // They have one slope, or several if that makes hardly more planes.
   std::vector<SweepPlanes> PlanesOf(const cv::Rect& area) const {
     const cv::Rect there = InCoarse(area, photo_.grey.size(), coarse_.depth.size());
     const std::vector<InverseDepth> depths = DepthsIn(there);

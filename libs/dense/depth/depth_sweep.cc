@@ -272,9 +272,11 @@ class DepthSweep::Workspace {
     stride_ = RoundUp(width_, 64);
     costs_.resize(static_cast<size_t>(stride_) * height_ * steps_ + kSweepMargin);
     PadReference();
-    for (int step = 0; step < steps_; ++step) {
-      if (stop && stop()) return false;
-      SumCostsOf(step);
+    for (Family& family : families_) {
+      for (int i = 0; i < family.steps; ++i) {
+        if (stop && stop()) return false;
+        SumCostsOf(i, &family);
+      }
     }
     return true;
   }
@@ -290,32 +292,25 @@ class DepthSweep::Workspace {
     }
   }
 
-  Family& FamilyOf(int step) {
-    size_t i = 0;
-    while (i + 1 < families_.size() && families_[i + 1].first_step <= step) ++i;
-    return families_[i];
-  }
-
   uint8_t* CostRow(int step, int y) {
     return costs_.data() + (static_cast<size_t>(step) * height_ + y) * stride_;
   }
 
-  void SumCostsOf(int step) {
+  void SumCostsOf(int i, Family* family) {
     const PartTimer timer(&times_.costs);
-    const int num_views = num_views_;
-    Family& family = FamilyOf(step);
-    views_ = &family.views;
-    warped_.Resize(width_ + 2 * kWarpBorder + 2 * kSweepMargin, num_views * kCensusRows);
+    std::vector<WarpedView>& views = family->views;
+    warped_.Resize(width_ + 2 * kWarpBorder + 2 * kSweepMargin, num_views_ * kCensusRows);
     int widest = 0;
-    for (WarpedView& view : *views_) {
-      view.SetPlane(family.PlaneOf(step - family.first_step));
+    for (WarpedView& view : views) {
+      view.SetPlane(family->PlaneOf(i));
       widest = std::max(widest, view.source_width());
     }
     warp_scratch_.resize(widest + 2 * kSweepMargin + kSweepLanes);
-    census_scratch_.resize(static_cast<size_t>(num_views) * (width_ + kSweepMargin) + kSweepMargin);
+    census_scratch_.resize(static_cast<size_t>(num_views_) * (width_ + kSweepMargin) +
+                           kSweepMargin);
     for (int y = -kCensusRadius; y < height_ + kCensusRadius; ++y) {
-      for (int i = 0; i < num_views; ++i) WarpRowOf(i, y);
-      if (y >= kCensusRadius) CensusRowOf(step, y - kCensusRadius);
+      for (int view = 0; view < num_views_; ++view) WarpRowOf(views[view], view, y);
+      if (y >= kCensusRadius) CensusRowOf(views, family->first_step + i, y - kCensusRadius);
     }
   }
 
@@ -324,16 +319,16 @@ class DepthSweep::Workspace {
     return warped_.Row(view * kCensusRows + (y + kCensusRows) % kCensusRows) + kWarpBorder;
   }
 
-  void WarpRowOf(int i, int y) {
-    if (!(*views_)[i].IsSeen()) return;
+  void WarpRowOf(const WarpedView& view, int i, int y) {
+    if (!view.IsSeen()) return;
     WarpTask task = {};
-    (*views_)[i].FillRow(y, &task);
+    view.FillRow(y, &task);
     task.scratch = warp_scratch_.data();
     task.out = WarpedRow(i, y) - kWarpBorder;
     kernels_.warp(task);
   }
 
-  void CensusRowOf(int step, int y) {
+  void CensusRowOf(const std::vector<WarpedView>& views, int step, int y) {
     CensusTask task = {};
     task.num_views = num_views_;
     for (int k = 0; k < kCensusRows; ++k) {
@@ -342,7 +337,7 @@ class DepthSweep::Workspace {
         task.views[i][k] = WarpedRow(i, y + k - kCensusRadius);
       }
     }
-    for (int i = 0; i < task.num_views; ++i) (*views_)[i].Range(y, &task.first[i], &task.last[i]);
+    for (int i = 0; i < task.num_views; ++i) views[i].Range(y, &task.first[i], &task.last[i]);
     task.threshold = kCensusThreshold;
     task.truncation = kTruncation;
     task.width = width_;
@@ -386,13 +381,12 @@ class DepthSweep::Workspace {
     }
   }
 
-  int NumViews() const { return num_views_; }
-  int SmallPenalty() const { return kSmallPenalty * NumViews(); }
+  int SmallPenalty() const { return kSmallPenalty * num_views_; }
 
   // Less where the photo has an edge: depth may have one, too.
   void SetPenalties() {
     for (int difference = 0; difference < 256; ++difference) {
-      const int large = kLargePenalty * NumViews() * 16 / (16 + difference);
+      const int large = kLargePenalty * num_views_ * 16 / (16 + difference);
       penalties_[difference] = static_cast<uint8_t>(std::max(large, SmallPenalty() + 1));
     }
   }
@@ -505,7 +499,7 @@ class DepthSweep::Workspace {
       }
     }
     cv::boxFilter(gain, gain, -1, cv::Size(kEvidenceWindow, kEvidenceWindow));
-    return gain / static_cast<double>(NumViews() * kCensusBits) * 2;
+    return gain / static_cast<double>(num_views_ * kCensusBits) * 2;
   }
 
   bool IsFound(const Choice& choice, float evidence) const {
@@ -581,8 +575,7 @@ class DepthSweep::Workspace {
   const DepthPhoto* photo_ = nullptr;
   int width_ = 0, height_ = 0, stride_ = 0, min_steps_ = 0, steps_ = 0;
   std::vector<Family> families_;
-  std::vector<WarpedView>* views_ = nullptr;  // of the family whose costs are summed
-  int num_views_ = 0;
+  int num_views_ = 0;  // of each family
   PaddedRows reference_, warped_;
   std::vector<uint8_t> costs_, warp_scratch_, census_scratch_, path_scratch_, row_costs_;
   std::vector<uint16_t> sums_;

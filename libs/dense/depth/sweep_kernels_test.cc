@@ -193,7 +193,7 @@ TEST_P(SweepKernelsOfVersion, PathsFollowSemiGlobalMatching) {
   }
 }
 
-// Of some of a column's steps.
+// A choice among some of a column's steps.
 TEST_P(SweepKernelsOfVersion, ChoosesTheFirstStepOfLeastCost) {
   constexpr int kStride = kSteps + 2 * kSweepLanes, kFirst = kSweepLanes;
   std::vector<uint16_t> sums(kWidth * kStride);

@@ -308,17 +308,16 @@ void SceneMap::SetCamera(CameraId id, const std::vector<double>& params) {
   reconstruction_->Camera(id).SetParams(params);
 }
 
-void SceneMap::SetCamera(CameraId id, int model_id, const std::vector<double>& params) {
-  Camera& camera = reconstruction_->Camera(id);
-  if (camera.ModelId() != model_id) {
-    CameraState& state = cameras_.at(id);
+void SceneMap::SetCamera(const Camera& camera) {
+  Camera& here = reconstruction_->Camera(camera.CameraId());
+  if (here.ModelId() != camera.ModelId()) {
+    CameraState& state = cameras_.at(camera.CameraId());
     if (state.known) return;
-    Camera prior = camera;
-    prior.InitializeWithId(model_id, state.given_params[0], camera.Width(), camera.Height());
-    state.prior_params = prior.Params();
-    camera.SetModelId(model_id);
+    state.prior_params =
+        InitialCameraParams(camera.ModelId(), state.given_params[0], here.Width(), here.Height());
+    here.SetModelId(camera.ModelId());
   }
-  camera.SetParams(params);
+  here.SetParams(camera.Params());
 }
 
 Point3DId SceneMap::AddPoint(const Eigen::Vector3d& xyz, const Track& track) {
@@ -357,8 +356,7 @@ void SceneMap::ReplaceRegistered(const Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
     Image& image = reconstruction_->Image(id);
     if (model.Image(id).CameraId() == OwnCamera(id)) GiveOwnCamera(id);
-    const Camera& camera = model.Camera(image.CameraId());
-    SetCamera(image.CameraId(), camera.ModelId(), camera.Params());
+    SetCamera(model.Camera(image.CameraId()));
     image.SetQvec(model.Image(id).Qvec());
     image.SetTvec(model.Image(id).Tvec());
     Register(id);

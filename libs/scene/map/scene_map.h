@@ -93,8 +93,8 @@ class SceneMap {
   void SetPose(const BundlePose& pose);
   void SetPose(ImageId id, const Eigen::Vector4d& qvec_wxyz, const Eigen::Vector3d& tvec);
   void SetCamera(CameraId id, const std::vector<double>& params);
-  // With another model. Refused for a camera that is known.
-  void SetCamera(CameraId id, int model_id, const std::vector<double>& params);
+  // Model and parameters of the camera with that id. A known camera keeps its model.
+  void SetCamera(const Camera& camera);
   void SetCameraRefined(CameraId id, bool is_refined) { cameras_.at(id).refined = is_refined; }
   void NoteModelChosen(CameraId id) {
     cameras_.at(id).num_at_choice = cameras_.at(id).num_registered;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "core/log.h"
@@ -15,18 +17,18 @@
 namespace skein {
 namespace {
 
-constexpr int kMinPhotos = 3;
+constexpr int kMinPhotosOfModel = 3;
 // A model with which positions are so many times less certain: the photos cannot tell its
 // parameters from poses. Models that brought maps nearer to the truth left 0.1 to 1.05 of the
 // expected error, one that bent a flight in parallel lines 3.6 to 4.3
 // (docs/experiments/camera_models.md).
 constexpr double kMaxLooser = 1.5;
-constexpr double kMaxErrorPx = 100;  // what an observation may add, also one behind the camera
+constexpr double kErrorCapPx = 100;  // what an observation may add, also one behind the camera
 
 std::vector<Camera> OpenCameras(const SceneMap& map) {
   std::vector<Camera> open;
   for (const auto& [id, state] : map.camera_states()) {
-    if (state.known || state.num_registered < kMinPhotos) continue;
+    if (state.known || state.num_registered < kMinPhotosOfModel) continue;
     if (state.num_registered == state.num_at_choice) continue;
     open.push_back(map.reconstruction().Camera(id));
   }
@@ -63,7 +65,7 @@ std::map<CameraId, Fit> FitsOf(const Bundle& bundle, const SceneMap& map) {
   for (size_t i = 0; i < bundle.poses.size(); ++i) ++fit_of(static_cast<int>(i)).num_images;
   for (size_t i = 0; i < errors.size(); ++i) {
     Fit& fit = fit_of(bundle.observations[i].pose);
-    const double error = std::min(errors[i], kMaxErrorPx);
+    const double error = std::min(errors[i], kErrorCapPx);
     fit.cost += 2 * (std::sqrt(1 + error * error) - 1);
     ++fit.num_observations;
   }
@@ -71,16 +73,7 @@ std::map<CameraId, Fit> FitsOf(const Bundle& bundle, const SceneMap& map) {
 }
 
 void SetCameras(const std::vector<Camera>& cameras, SceneMap* map) {
-  for (const Camera& camera : cameras) {
-    map->SetCamera(camera.CameraId(), camera.ModelId(), camera.Params());
-  }
-}
-
-Camera WithModel(const Camera& camera, int model_id) {
-  Camera converted = camera;
-  converted.SetModelId(model_id);
-  converted.SetParams(FitCameraModel(camera, model_id));
-  return converted;
+  for (const Camera& camera : cameras) map->SetCamera(camera);
 }
 
 class Chooser {
@@ -92,7 +85,6 @@ class Chooser {
 
   bool Run() {
     if (before_.empty()) return false;
-    start_ = BuildGlobalBundle(map_, true);
     const std::vector<Camera> chosen = Choose();
     const bool is_adjusted = !chosen.empty() && Adjust(chosen);
     SetCameras(before_, &map_);
@@ -108,19 +100,21 @@ class Chooser {
   std::vector<Camera> Choose() {
     if (!Adjust(GivenModels())) return {};
     best_ = FitsOf(bundle_, map_);
-    start_ = bundle_;
+    start_ = std::move(bundle_);
     Try(kOpenCv, before_);
     Try(kOpenCvFisheye, Richer());
     return Changed();
   }
 
-  // From poses and points that were found to be best, with these cameras.
+  // With these cameras, from the poses and points that were found to be best, or the map's.
   bool Adjust(const std::vector<Camera>& cameras) {
     SetCameras(before_, &map_);
     SetCameras(cameras, &map_);
     bundle_ = BuildGlobalBundle(map_, true);
-    bundle_.poses = start_.poses;
-    bundle_.points = start_.points;
+    if (start_) {
+      bundle_.poses = start_->poses;
+      bundle_.points = start_->points;
+    }
     return SolveBundle(options_, &bundle_).usable;
   }
 
@@ -128,13 +122,15 @@ class Chooser {
   std::vector<Camera> GivenModels() const {
     std::vector<Camera> given;
     for (const Camera& camera : before_) {
-      given.push_back(WithModel(camera, map_.camera_state(camera.CameraId()).given_model_id));
+      given.push_back(FitCameraModel(camera, map_.camera_state(camera.CameraId()).given_model_id));
     }
     return given;
   }
 
   void Try(int model_id, std::vector<Camera> cameras) {
-    for (Camera& camera : cameras) camera = WithModel(best_.at(camera.CameraId()).camera, model_id);
+    for (Camera& camera : cameras) {
+      camera = FitCameraModel(best_.at(camera.CameraId()).camera, model_id);
+    }
     if (cameras.empty() || !Adjust(cameras)) return;
     const std::map<CameraId, Fit> fits = FitsOf(bundle_, map_);
     cameras.erase(std::remove_if(cameras.begin(), cameras.end(),
@@ -142,7 +138,7 @@ class Chooser {
                   cameras.end());
     if (cameras.empty() || IsTooLoose()) return;
     for (const Camera& camera : cameras) best_[camera.CameraId()] = fits.at(camera.CameraId());
-    start_ = bundle_;
+    start_ = std::move(bundle_);
   }
 
   bool IsBetter(const Fit& fit) const {
@@ -153,7 +149,7 @@ class Chooser {
   }
 
   bool IsTooLoose() {
-    if (sigma_before_ == 0) sigma_before_ = CheckShape(start_).position_sigma;
+    if (sigma_before_ == 0) sigma_before_ = CheckShape(*start_).position_sigma;
     const double sigma = CheckShape(bundle_).position_sigma;
     LogInfo("position sigma {:.4f} % of the extent, {:.4f} before", 100 * sigma,
             100 * sigma_before_);
@@ -186,8 +182,8 @@ class Chooser {
   const std::vector<Camera> before_;
   std::map<CameraId, Fit> best_;
   double sigma_before_ = 0;
-  Bundle start_;   // poses and points of the best models
-  Bundle bundle_;  // as last adjusted
+  std::optional<Bundle> start_;  // adjusted with the best models
+  Bundle bundle_;                // as last adjusted
 };
 
 }  // namespace

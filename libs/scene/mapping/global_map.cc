@@ -275,7 +275,7 @@ void ClearButIntrinsics(SceneMap* map) {
     map->SetCamera(SceneMap::OwnCamera(id), params);
   }
   for (const auto& [id, camera] : found) {
-    map->SetCamera(id, camera.ModelId(), camera.Params());
+    map->SetCamera(camera);
     map->SetCameraRefined(id, true);
   }
 }

@@ -48,13 +48,10 @@ Bundle BuildSplitBundle(const std::set<CameraId>& shared, SceneMap* map) {
   std::vector<Camera> cameras;
   for (const CameraId id : shared) cameras.push_back(map->reconstruction().Camera(id));
   for (const Camera& camera : cameras) {
-    const int given = map->camera_state(camera.CameraId()).given_model_id;
-    map->SetCamera(camera.CameraId(), given, FitCameraModel(camera, given));
+    map->SetCamera(FitCameraModel(camera, map->camera_state(camera.CameraId()).given_model_id));
   }
   Bundle bundle = BuildGlobalBundle(*map, true);
-  for (const Camera& camera : cameras) {
-    map->SetCamera(camera.CameraId(), camera.ModelId(), camera.Params());
-  }
+  for (const Camera& camera : cameras) map->SetCamera(camera);
   Split(shared, &bundle);
   return bundle;
 }
@@ -109,7 +106,7 @@ bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
     if (remaining < kMaxRemaining || are_groups) left.insert(id);
   }
   if (left.empty()) return false;
-  // What stays shared keeps its model and parameters.
+  // A camera that stays shared keeps its model and parameters.
   for (size_t i = 0; i < bundle.poses.size(); ++i) {
     BundleCamera& camera = bundle.cameras[bundle.poses[i].camera];
     if (left.count(camera_of_pose[i]) > 0) {

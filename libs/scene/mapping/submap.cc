@@ -186,7 +186,7 @@ int Submap::AdjustNewImage(ImageId new_image) {
   if (adjuster_.IsMapSmall()) {
     const int num_images = static_cast<int>(map_->reconstruction().NumRegImages());
     AdjustGlobally(2, false, false);
-    // What a lens does to a map grows with it.
+    // The error that a lens makes grows with the map.
     if (num_images == options_.max_images_all_global && adjuster_.ChooseIntrinsics(false)) {
       AdjustGlobally(2, true, false);
     }

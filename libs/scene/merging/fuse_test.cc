@@ -38,10 +38,7 @@ TEST_F(FuseTest, OneStructureInTheTargetsFrame) {
 // Each submap chooses a camera's model by its own photos (mapping/camera_models.h).
 TEST_F(FuseTest, ACameraHasTheModelOfTheSubmapWithMorePhotosOfIt) {
   Reconstruction source = source_;
-  Camera& camera = source.Camera(1);
-  const std::vector<double> params = FitCameraModel(camera, kOpenCv);
-  camera.SetModelId(kOpenCv);
-  camera.SetParams(params);
+  source.Camera(1) = FitCameraModel(source.Camera(1), kOpenCv);
   const auto fuse = [](const Reconstruction& from, Reconstruction to) {
     const Sim3Result found = EstimateSim3(SharedPhotosOf(from, to), {});
     const FuseResult fused = FuseModels(from, found.target_from_source, {}, &to);

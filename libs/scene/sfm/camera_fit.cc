@@ -2,6 +2,7 @@
 
 #include <Eigen/Cholesky>
 #include <utility>
+#include <vector>
 
 #include "sfm/projection.h"
 
@@ -69,8 +70,8 @@ Normals NormalsOf(const std::vector<Sight>& sights, const std::vector<size_t>& f
 
 }  // namespace
 
-std::vector<double> FitCameraModel(const Camera& camera, int model_id) {
-  if (camera.ModelId() == model_id) return camera.Params();
+Camera FitCameraModel(const Camera& camera, int model_id) {
+  if (camera.ModelId() == model_id) return camera;
   Camera fitted = camera;
   fitted.InitializeWithId(model_id, camera.MeanFocalLength(), camera.Width(), camera.Height());
   fitted.SetFocalLengthX(camera.FocalLengthX());
@@ -97,7 +98,7 @@ std::vector<double> FitCameraModel(const Camera& camera, int model_id) {
     now = std::move(next);
     if (is_converged) break;
   }
-  return fitted.Params();
+  return fitted;
 }
 
 }  // namespace skein

@@ -13,7 +13,7 @@ Camera MakeCamera(const std::string& model, const std::vector<double>& params) {
   return camera;
 }
 
-// Of pixels that both cameras know, over the photo.
+// Over the photo, of pixels that both cameras know.
 double LargestDifferencePx(const Camera& a, const Camera& b) {
   double largest = 0;
   for (double y = 40; y < 480; y += 80) {
@@ -25,12 +25,8 @@ double LargestDifferencePx(const Camera& a, const Camera& b) {
   return largest;
 }
 
-double DifferenceAfterFit(Camera camera, const std::string& model) {
-  const Camera before = camera;
-  const std::vector<double> params = FitCameraModel(camera, CameraModelId(model));
-  camera.SetModelIdFromName(model);
-  camera.SetParams(params);
-  return LargestDifferencePx(before, camera);
+double DifferenceAfterFit(const Camera& camera, const std::string& model) {
+  return LargestDifferencePx(camera, FitCameraModel(camera, CameraModelId(model)));
 }
 
 TEST(CameraFit, IsExactWhereTheOtherModelIsMoreGeneral) {
@@ -49,7 +45,7 @@ TEST(CameraFit, ComesCloseToALensOfAnotherKind) {
 
 TEST(CameraFit, KeepsThePrincipalPointAndPixelsThatAreNotSquare) {
   const Camera squeezed = MakeCamera("PINHOLE", {500, 450, 300, 250});
-  const std::vector<double> params = FitCameraModel(squeezed, kOpenCv);
+  const std::vector<double> params = FitCameraModel(squeezed, kOpenCv).Params();
   EXPECT_NEAR(params[0], 500, 1e-6);
   EXPECT_NEAR(params[1], 450, 1e-6);
   EXPECT_EQ(params[2], 300);
@@ -58,17 +54,16 @@ TEST(CameraFit, KeepsThePrincipalPointAndPixelsThatAreNotSquare) {
 
 // A wide fisheye is far from any radial lens. What comes is one nevertheless.
 TEST(CameraFit, GivesAPossibleLensWhereNoneIsNear) {
-  Camera fisheye = MakeCamera("OPENCV_FISHEYE", {300, 300, 320, 240, 0, 0, 0, 0});  // 150 degrees
-  const std::vector<double> params = FitCameraModel(fisheye, kSimpleRadial);
-  fisheye.SetModelId(kSimpleRadial);
-  fisheye.SetParams(params);
-  EXPECT_FALSE(fisheye.HasBogusParams(0.1, 10, 1));
+  const Camera fisheye =
+      MakeCamera("OPENCV_FISHEYE", {300, 300, 320, 240, 0, 0, 0, 0});  // 150 degrees
+  EXPECT_FALSE(FitCameraModel(fisheye, kSimpleRadial).HasBogusParams(0.1, 10, 1));
 }
 
 // Beyond the largest radius of such a distortion no ray meets the photo.
 TEST(CameraFit, LeavesOutPixelsWithoutARay) {
   const Camera folded = MakeCamera("SIMPLE_RADIAL", {300, 320, 240, -0.4});
-  for (const double param : FitCameraModel(folded, kOpenCv)) EXPECT_TRUE(std::isfinite(param));
+  const Camera fitted = FitCameraModel(folded, kOpenCv);
+  for (const double param : fitted.Params()) EXPECT_TRUE(std::isfinite(param));
 }
 
 }  // namespace skein::camera_fit_test
