@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/angles.h"
+#include "core/statistics.h"
 #include "map/map_access.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"
@@ -49,6 +51,29 @@ int FilterPoint(double max_error_px, Point3DId id,
     point.SetError(sum / static_cast<double>(errors.size() - bad.size()));
   }
   return static_cast<int>(bad.size());
+}
+
+struct Depth {
+  Point2DIdx index;
+  double depth;
+};
+
+// Of the observed points, in units of the world.
+std::vector<Depth> DepthsOf(const Reconstruction& reconstruction, const Image& image) {
+  const Eigen::Vector3d forward = image.RotationMatrix().row(2);
+  std::vector<Depth> depths;
+  for (Point2DIdx i = 0; i < image.NumPoints2D(); ++i) {
+    if (!image.Point2D(i).HasPoint3D()) continue;
+    const Eigen::Vector3d& xyz = reconstruction.Point3D(image.Point2D(i).Point3DId()).XYZ();
+    depths.push_back({i, forward.dot(xyz) + image.Tvec().z()});
+  }
+  return depths;
+}
+
+double MedianOf(const std::vector<Depth>& depths) {
+  std::vector<double> values;
+  for (const Depth& depth : depths) values.push_back(depth.depth);
+  return UpperMedian(std::move(values));
 }
 
 double SquaredError(const Reconstruction& reconstruction, const Point3D& point,
@@ -126,6 +151,25 @@ int FilterPoints(const std::vector<Point3DId>& points, Reconstruction* model, do
     num_filtered += FilterPoint(max_error_px, id, errors, model);
   }
   return num_filtered;
+}
+
+int FilterNearPoints(const std::vector<ImageId>& photos, SceneMap* map) {
+  constexpr double kMinDepthRatio = 0.01;
+  Reconstruction& reconstruction = MapAccess::Model(map);
+  std::vector<TrackElement> near;
+  for (const ImageId id : photos) {
+    const std::vector<Depth> depths = DepthsOf(reconstruction, reconstruction.Image(id));
+    if (depths.empty()) continue;
+    const double least = kMinDepthRatio * MedianOf(depths);
+    for (const Depth& depth : depths) {
+      if (depth.depth < least) near.emplace_back(id, depth.index);
+    }
+  }
+  for (const TrackElement& element : near) {  // a point may be gone with another observation
+    const Point2D& keypoint = reconstruction.Image(element.image_id).Point2D(element.point2D_idx);
+    if (keypoint.HasPoint3D()) DeleteObservations({element}, keypoint.Point3DId(), &reconstruction);
+  }
+  return static_cast<int>(near.size());
 }
 
 int FilterPointsOfTwoPhotos(SceneMap* map) {

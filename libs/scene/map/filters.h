@@ -22,6 +22,12 @@ int FilterPoints(const std::vector<Point3DId>& points, SceneMap* map,
 int FilterPoints(const std::vector<Point3DId>& points, Reconstruction* model,
                  double max_error_px = limits::kMaxErrorPx);
 
+// Removes the observations of these photos that are nearer than a hundredth of the median depth of
+// their photo: no lens is sharp at both. False matches of two photos alone fit best if the photos
+// and their points shrink to one spot; the expected error is unknown then. `photos`: registered.
+// Returns the number of removed observations.
+int FilterNearPoints(const std::vector<ImageId>& photos, SceneMap* map);
+
 // Removes what no third photo confirms and does not fit well. A false match is on the epipolar line
 // by chance, so the errors of such a point of two photos are spread over the whole limit. The rows
 // and columns of a right one have a standard deviation sigma, so the sum of its squared errors is

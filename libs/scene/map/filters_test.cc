@@ -74,6 +74,26 @@ TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
   EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(id));
 }
 
+// Two photos of mamechun-room and their ten false points had shrunk to 1e-8 of its size.
+TEST_F(FiltersTest, APointAtTheCentreOfAPhotoGoes) {
+  const Point3DId id = FindPoint(2);
+  Reconstruction& model = MapAccess::Model(&map_);
+  while (Point(id).Track().Length() > 2) {
+    const TrackElement last = Point(id).Track().Elements().back();
+    model.DeleteObservation(last.image_id, last.point2D_idx);
+  }
+  const ImageId photo = Point(id).Track().Element(1).image_id;
+  const Image& image = model.Image(photo);
+  const auto move_to = [&](double depth) {
+    map_.SetPoint(id, image.ProjectionCenter() + depth * image.RotationMatrix().row(2).transpose());
+  };
+  move_to(0.5);
+  EXPECT_EQ(FilterNearPoints({photo}, &map_), 0);
+  move_to(1e-3);
+  EXPECT_EQ(FilterNearPoints({photo}, &map_), 1);
+  EXPECT_FALSE(map_.reconstruction().ExistsPoint3D(id));
+}
+
 // A false match lies up to the limit beside the epipolar line; without a third photo nothing else
 // would tell.
 TEST_F(FiltersTest, APointOfTwoPhotosHasToFitAsWellAsThoseOfMore) {

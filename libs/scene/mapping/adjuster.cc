@@ -36,6 +36,7 @@ int Adjuster::AdjustLocally(ImageId new_image) {
   if (!summary.usable) return summary.num_free_poses;
   ApplyBundle(bundle, &map_);
   FilterBundle(bundle, &map_);
+  FilterNearPoints(request.free, &map_);
   CompleteLocally(new_image, &map_);
   // Observations added to long tracks were checked when they were added, so long tracks are not
   // filtered here.
@@ -53,6 +54,7 @@ void Adjuster::AdjustImages(const std::vector<ImageId>& images) {
   if (!SolveBundle(GlobalBaOptions(false), &bundle).usable) return;
   ApplyBundle(bundle, &map_);
   FilterBundle(bundle, &map_);
+  FilterNearPoints(request.free, &map_);
   adjusted_ = request.free;
 }
 
@@ -87,6 +89,7 @@ double Adjuster::RunGlobalBa(bool converge) {
   size_t num_changed = 0;
   if (!converge) num_changed += GrowTracks(options_.num_threads, AllPoints(map_), &map_);
   num_changed += FilterPoints(AllPoints(map_), &map_);
+  num_changed += FilterNearPoints(map_.reconstruction().RegImageIds(), &map_);
   cost_.tracks_s += timer.ElapsedS();
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
 }

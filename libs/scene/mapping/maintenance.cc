@@ -130,6 +130,7 @@ void Maintenance::DoPairs() {
 Maintenance::ToCheck Maintenance::DoImages() {
   ToCheck check;
   check.contradicted = TakeLast(kImagesAtOnce, &images_);
+  FilterNearPoints(check.contradicted, &map_);
   check.all_checked = images_.empty();
   if (check.all_checked) phase_ = Phase::kNone;
   return check;
