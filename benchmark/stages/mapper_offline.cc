@@ -227,13 +227,11 @@ class Run {
     if (arguments_.background) Print("at rest", images.size(), CpuSeconds() - start);
     start = CpuSeconds();
     if (arguments_.global) PrintGlobal(images.size());
-    if (arguments_.batch)
-      submap_.MapAsBatch(
-          {true,
-           {},
-           [this](const Submap& anew) { return AbsorbBatch(anew, &submap_).status.ok(); }},
-          Sink());
-    submap_.Finish(Sink());
+    const auto absorb = [this](const Submap& anew) {
+      return AbsorbBatch(anew, &submap_).status.ok();
+    };
+    if (arguments_.batch) submap_.MapAsBatch({true, {}, absorb}, Sink());
+    submap_.Finish(Sink(), absorb);
     Print("after finish", images.size(), CpuSeconds() - start);
     PrintAgreement();
     if (arguments_.parts > 1) PrintParts();

@@ -13,7 +13,7 @@
 namespace skein {
 namespace {
 
-std::function<bool(const Submap&)> AbsorbInto(Submap* submap, const Submap::EventSink& sink) {
+Submap::Absorb AbsorbInto(Submap* submap, const Submap::EventSink& sink) {
   return [submap, sink](const Submap& anew) {
     const Absorption absorption = AbsorbBatch(anew, submap);
     for (const PhotoEvent& event : absorption.events) sink(event);
@@ -62,7 +62,7 @@ void FinishSteps::Consolidate() {
       step,
       [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
         if (by_place) submap.NoteMappedAnew();
-        submap.Consolidate(outcome->Sink());
+        submap.Consolidate(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
       },
       [&run = run_](const SubmapRun::Outcome& outcome) { run.Apply(outcome); });
 }
@@ -110,7 +110,10 @@ void FinishSteps::Finish(const Item& item) {
   if (run_.IsLeftOut(step)) return run_.AskForFinal();
   Tell("final adjustment" + About(finish_s_));
   run_.RunJob(
-      step, [](Submap& submap, SubmapRun::Outcome* outcome) { submap.Finish(outcome->Sink()); },
+      step,
+      [](Submap& submap, SubmapRun::Outcome* outcome) {
+        submap.Finish(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
+      },
       [&run = run_](const SubmapRun::Outcome& outcome) {
         run.Report(outcome.events);
         run.AskForFinal();

@@ -19,6 +19,10 @@ namespace {
 // more points of it.
 constexpr double kMinYieldRatio = 2.0;
 
+// A map of the same photos is absorbed if this part of the matches agrees with it: mamechun-room's
+// had 0.99 and six photos more, one of photos and their mirror images had 0.51.
+constexpr double kMinAgreeing = 0.9;
+
 // Whether the model's registered part can replace the map's.
 Status CheckFits(const SceneMap& map, const Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
@@ -319,14 +323,16 @@ Status Submap::ReplaceModel(const Reconstruction& model) {
   return Status::Ok();
 }
 
-void Submap::Consolidate(const EventSink& sink) {
+void Submap::Consolidate(const EventSink& sink, const Absorb& absorb) {
   adjuster_.TakeCost();
   Timer timer;
   RefineUntilStable(sink);
   const double refine_s = timer.ElapsedS();
   const GlobalBaCost cost = adjuster_.TakeCost();
   timer.Restart();
-  MapAsBatch(Batch(), sink);
+  Batch batch;
+  batch.absorb = absorb;
+  MapAsBatch(batch, sink);
   LogInfo("consolidated: {} photos, {} ({:.2f} s), rebuild {:.2f} s",
           map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
@@ -408,16 +414,22 @@ bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreemen
   const bool mixes = !loses && MixesPlaces(anew->map(), batch.others);
   const size_t num_before = map_->reconstruction().NumRegImages();
   if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
-  const bool absorbed = !mixes && batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
+  const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
+  const bool is_sound = batch.is_of_place || static_cast<double>(agreeing) >=
+                                                 kMinAgreeing * static_cast<double>(now.agreeing);
+  const bool absorbed =
+      !mixes && is_sound && batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
   LogInfo("batch: {} of {} photos, {} before, {} matches agree, {} before; {}",
-          anew->map().reconstruction().NumRegImages(), map_->photos().size(), num_before,
-          CountMatches(options_, anew->map(), anew->waiting_).agreeing, now.agreeing,
+          anew->map().reconstruction().NumRegImages(), map_->photos().size(), num_before, agreeing,
+          now.agreeing,
           absorbed ? "absorbed"
           : loses  ? "others would be lost"
           : mixes  ? "visually similar places would be one"
                    : "no better");
-  if (absorbed) settled_ = {};
-  return absorbed;
+  if (!absorbed) return false;
+  settled_ = {};
+  RefineUntilStable(sink);
+  return true;
 }
 
 // Whether it has photos that this map lacks.
@@ -520,11 +532,13 @@ void Submap::TellNewAndGone(const std::vector<ImageId>& before, const Refusal& r
   }
 }
 
-void Submap::Finish(const EventSink& sink) {
-  Consolidate(sink);
+void Submap::Finish(const EventSink& sink, const Absorb& absorb) {
+  Consolidate(sink, absorb);
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
-  if (MapAsBatch(Batch(), sink)) AdjustWithPointsAnew(sink);
+  Batch batch;
+  batch.absorb = absorb;
+  if (MapAsBatch(batch, sink)) AdjustWithPointsAnew(sink);
   if (grew_on_false_pose_ && !options_.IsStopped()) TakeSmallerError(sink);
 }
 

@@ -88,8 +88,12 @@ class Submap {
   // something is left to do.
   bool Maintain(double idle_s, const EventSink& sink);
 
+  // Merges a map, with photos that this map lacks, into this one; true if that succeeded. False:
+  // nothing has changed. Null: never.
+  using Absorb = std::function<bool(const Submap& anew)>;
+
   // RefineUntilStable. A map that is inconsistent even then is mapped again (MapAsBatch).
-  void Consolidate(const EventSink& sink);
+  void Consolidate(const EventSink& sink, const Absorb& absorb = nullptr);
 
   // A place that is mapped as a batch.
   struct Batch {
@@ -98,17 +102,15 @@ class Submap {
     // its matches.
     bool is_of_place = false;
     std::vector<std::vector<int64_t>> others;  // photos of each other submap of it, ascending
-    // Merges a map, with photos that this map lacks, into this one; true if that succeeded. False:
-    // nothing has changed. Null: never.
-    std::function<bool(const Submap& anew)> absorb;
+    Absorb absorb;
     // Photos are still to come: those with too little support can wait (supported_photos.h).
     bool is_growing = false;
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
   // The new map stays if more verified matches agree with it, or about as many while it has more
   // photos. No photo may be lost that no other map has, and photos taken from another submap must
-  // show no visually similar place. Else its photos may be absorbed. True if the map is another one
-  // now.
+  // show no visually similar place. Else its photos may be absorbed, if nearly as many matches
+  // agree with it. True if the map is another one now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
   // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
@@ -121,7 +123,7 @@ class Submap {
   // mapped again as well. Points of two photos that do not fit are removed
   // (FilterPointsOfTwoPhotos). If the options say stop, the remaining parts are left out, here and
   // in the functions above.
-  void Finish(const EventSink& sink);
+  void Finish(const EventSink& sink, const Absorb& absorb = nullptr);
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;
   double EstimateFinishS() const;
