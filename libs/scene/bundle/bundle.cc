@@ -312,6 +312,7 @@ class Solver {
       for (size_t k = 0; k < camera.refined.size(); ++k) {
         camera.params[camera.refined[k]] += delta[layout_.camera_row[i] + k];
       }
+      if (camera.square_pixels) camera.params[1] = camera.params[0];
     }
   }
 

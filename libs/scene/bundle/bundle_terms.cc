@@ -92,6 +92,8 @@ bool Linearise(const Bundle& bundle, const BundleLayout& layout, const RobustLos
   term->J_point.noalias() = J * pose.R;
   for (int i = 0; i < term->camera_size && term->camera_row >= 0; ++i) {
     term->J_camera.col(i) = root * J_all.col(camera.refined[i]);
+    if (camera.square_pixels && camera.refined[i] == 0)
+      term->J_camera.col(i) += root * J_all.col(1);
   }
   if (term->pose_row < 0) return true;
   term->J_pose.leftCols<3>().noalias() = -J * CrossProductMatrix(in_cam);

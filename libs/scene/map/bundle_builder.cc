@@ -24,11 +24,14 @@ BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_foca
   result.model_id = camera.ModelId();
   result.params = camera.Params();
   result.prior = state.prior_params;
+  result.square_pixels = camera.HasTwoEqualFocalLengths() &&
+                         CameraModelFocalLengthIdxs(state.given_model_id).size() == 1;
   result.prior_sigma.assign(result.params.size(), 0.0);
   for (const size_t i : camera.FocalLengthIdxs()) {
     result.prior_sigma[i] = result.prior[i] * (state.focal_from_exif ? limits::kFocalSigmaExif
                                                                      : limits::kFocalSigmaGuess);
-    if (refine_focal && !state.fixed) result.refined.push_back(static_cast<int>(i));
+    const bool follows = result.square_pixels && i == 1;
+    if (refine_focal && !state.fixed && !follows) result.refined.push_back(static_cast<int>(i));
   }
   for (const size_t i : camera.ExtraParamsIdxs()) {
     result.prior_sigma[i] = limits::kDistortionSigma;

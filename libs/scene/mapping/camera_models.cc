@@ -11,18 +11,15 @@
 #include "core/log.h"
 #include "map/bundle_builder.h"
 #include "map/image_pose.h"
-#include "mapping/model_check.h"
 #include "sfm/camera_fit.h"
 
 namespace skein {
 namespace {
 
 constexpr int kMinPhotosOfModel = 3;
-// A model with which positions are so many times less certain: the photos cannot tell its
-// parameters from poses. Models that brought maps nearer to the truth left 0.1 to 1.05 of the
-// expected error, one that bent a flight in parallel lines 3.6 to 4.3
-// (docs/experiments/camera_models.md).
-constexpr double kMaxLooser = 1.5;
+// Of the errors with square pixels, if photos are squeezed: 0.2 of those of photos stretched by a
+// third. A rolling shutter left 0.99, the shape of the ground under parallel lines of flight 0.98.
+constexpr double kMaxLeftIfSqueezed = 0.5;
 constexpr double kErrorCapPx = 100;  // what an observation may add, also one behind the camera
 
 std::vector<Camera> OpenCameras(const SceneMap& map) {
@@ -33,6 +30,13 @@ std::vector<Camera> OpenCameras(const SceneMap& map) {
     open.push_back(map.reconstruction().Camera(id));
   }
   return open;
+}
+
+void FreeFocalRatios(Bundle* bundle) {
+  for (BundleCamera& camera : bundle->cameras) {
+    if (!std::exchange(camera.square_pixels, false) || camera.refined.empty()) continue;
+    camera.refined.insert(camera.refined.begin() + 1, 1);
+  }
 }
 
 // A camera's part of an adjusted map.
@@ -101,16 +105,18 @@ class Chooser {
     if (!Adjust(GivenModels())) return {};
     best_ = FitsOf(bundle_, map_);
     start_ = std::move(bundle_);
-    Try(kOpenCv, before_);
-    Try(kOpenCvFisheye, Richer());
+    Try(kOpenCv, before_, false);
+    Try(kOpenCv, before_, true);
+    Try(kOpenCvFisheye, Richer(), false);
     return Changed();
   }
 
   // With these cameras, from the poses and points that were found to be best, or the map's.
-  bool Adjust(const std::vector<Camera>& cameras) {
+  bool Adjust(const std::vector<Camera>& cameras, bool squeezed = false) {
     SetCameras(before_, &map_);
     SetCameras(cameras, &map_);
     bundle_ = BuildGlobalBundle(map_, true);
+    if (squeezed) FreeFocalRatios(&bundle_);
     if (start_) {
       bundle_.poses = start_->poses;
       bundle_.points = start_->points;
@@ -127,34 +133,29 @@ class Chooser {
     return given;
   }
 
-  void Try(int model_id, std::vector<Camera> cameras) {
+  void Try(int model_id, std::vector<Camera> cameras, bool squeezed) {
     for (Camera& camera : cameras) {
       camera = FitCameraModel(best_.at(camera.CameraId()).camera, model_id);
     }
-    if (cameras.empty() || !Adjust(cameras)) return;
+    if (cameras.empty() || !Adjust(cameras, squeezed)) return;
     const std::map<CameraId, Fit> fits = FitsOf(bundle_, map_);
-    cameras.erase(std::remove_if(cameras.begin(), cameras.end(),
-                                 [&](const Camera& c) { return !IsBetter(fits.at(c.CameraId())); }),
-                  cameras.end());
-    if (cameras.empty() || IsTooLoose()) return;
+    const auto is_worse = [&](const Camera& c) {
+      const Fit& fit = fits.at(c.CameraId());
+      return !IsBetter(fit, squeezed ? kMaxLeftIfSqueezed : 1);
+    };
+    cameras.erase(std::remove_if(cameras.begin(), cameras.end(), is_worse), cameras.end());
+    if (cameras.empty()) return;
     for (const Camera& camera : cameras) best_[camera.CameraId()] = fits.at(camera.CameraId());
     start_ = std::move(bundle_);
   }
 
-  bool IsBetter(const Fit& fit) const {
+  bool IsBetter(const Fit& fit, double max_left) const {
     const Fit& best = best_.at(fit.camera.CameraId());
-    LogInfo("camera {}: {} leaves {:.4f} of the errors of {} photos with {}", fit.camera.CameraId(),
-            fit.camera.ModelName(), fit.cost / best.cost, best.num_images, best.camera.ModelName());
-    return fit.Criterion() < best.Criterion();
-  }
-
-  bool IsTooLoose() {
-    if (sigma_before_ == 0) sigma_before_ = CheckShape(*start_).position_sigma;
-    const double sigma = CheckShape(bundle_).position_sigma;
-    LogInfo("position sigma {:.4f} % of the extent, {:.4f} before", 100 * sigma,
-            100 * sigma_before_);
-    const bool is_known = sigma > 0 && sigma < 1;
-    return !is_known || sigma > kMaxLooser * sigma_before_;
+    LogInfo("camera {}: {} (focal ratio {:.4f}) leaves {:.4f} of the errors of {} photos with {}",
+            fit.camera.CameraId(), fit.camera.ModelName(),
+            fit.camera.FocalLengthX() / fit.camera.FocalLengthY(), fit.cost / best.cost,
+            best.num_images, best.camera.ModelName());
+    return fit.Criterion() < best.Criterion() && fit.cost <= max_left * best.cost;
   }
 
   // Cameras that the model they came with is not enough for.
@@ -170,9 +171,9 @@ class Chooser {
     std::vector<Camera> changed;
     for (const Camera& camera : before_) {
       const Camera& best = best_.at(camera.CameraId()).camera;
-      if (best.ModelId() != camera.ModelId() && HasPossibleIntrinsics(best)) {
-        changed.push_back(best);
-      }
+      const bool is_other = best.ModelId() != camera.ModelId() ||
+                            best.HasTwoEqualFocalLengths() != camera.HasTwoEqualFocalLengths();
+      if (is_other && HasPossibleIntrinsics(best)) changed.push_back(best);
     }
     return changed;
   }
@@ -181,7 +182,6 @@ class Chooser {
   SceneMap& map_;
   const std::vector<Camera> before_;
   std::map<CameraId, Fit> best_;
-  double sigma_before_ = 0;
   std::optional<Bundle> start_;  // adjusted with the best models
   Bundle bundle_;                // as last adjusted
 };

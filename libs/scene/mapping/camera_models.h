@@ -11,8 +11,8 @@ constexpr char kModelByEvidence[] = "auto";
 // The model that its cameras start with.
 constexpr char kFirstModel[] = "SIMPLE_RADIAL";
 
-// A lens may distort more than one radial term can tell, and pixels may not be square. Then poses
-// and points give way: the map bends, and still fits well. So the map is adjusted with OPENCV, too,
+// A lens may distort more than one radial term can tell, and photos may be squeezed. Then poses and
+// points give way: the map bends, and still fits well. So the map is adjusted with OPENCV, too,
 // and if that is better for a camera, with OPENCV_FISHEYE. The model with the least Bayesian
 // information criterion stays (Schwarz, Estimating the dimension of a model, 1978):
 //
@@ -22,9 +22,9 @@ constexpr char kFirstModel[] = "SIMPLE_RADIAL";
 // refined, n: its observations, of which an image has kIndependentObservations at most
 // (bundle_builder.h).
 //
-// A model is refused if it makes the expected error of the positions (model_check.h) half as large
-// again, or unknown: in photos of parallel lines of flight, e.g., the ratio of the focal lengths is
-// free.
+// Pixels are square: two equal focal lengths stay equal (BundleCamera::square_pixels). Photos are
+// squeezed if a free ratio leaves less than half of the errors. A smaller gain is of something
+// else: a rolling shutter, e.g., or the ground under parallel lines of flight.
 //
 // Cameras of fewer than three photos, known ones, and those of single photos (own_cameras.h) stay
 // as they are, and those with as many photos as at the last choice. True if a camera has another

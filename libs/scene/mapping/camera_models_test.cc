@@ -71,6 +71,7 @@ TEST_F(CameraModels, EachLensGetsTheModelThatItIsOf) {
     EXPECT_EQ(rig.NumRegistered(), 14) << lens.model;
     EXPECT_EQ(MappedCamera().ModelName(), lens.model);
     EXPECT_LT(rig.PositionErrorPercent(), 0.1) << lens.model;
+    EXPECT_EQ(MappedCamera().HasTwoEqualFocalLengths(), lens.params[0] == lens.params[1]);
     for (size_t i = 0; i < lens.params.size(); ++i) {
       EXPECT_NEAR(MappedCamera().Params(i), lens.params[i], lens.params[i] > 1 ? 1 : 0.01)
           << lens.model << ", parameter " << i;

@@ -55,7 +55,10 @@ BundleCamera MakeCamera(const Camera& camera, bool refine) {
   result.params = result.prior = camera.Params();
   result.prior_sigma.assign(result.params.size(), 0.0);
   if (!refine) return result;
-  for (const size_t i : camera.FocalLengthIdxs()) result.refined.push_back(static_cast<int>(i));
+  result.square_pixels = camera.HasTwoEqualFocalLengths();
+  for (const size_t i : camera.FocalLengthIdxs()) {
+    if (i == 0 || !result.square_pixels) result.refined.push_back(static_cast<int>(i));
+  }
   for (const size_t i : camera.ExtraParamsIdxs()) result.refined.push_back(static_cast<int>(i));
   return result;
 }

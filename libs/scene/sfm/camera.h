@@ -68,6 +68,10 @@ class Camera {
   double MeanFocalLength() const;
   double FocalLengthX() const { return params_[FocalLengthIdxs().front()]; }
   double FocalLengthY() const { return params_[FocalLengthIdxs().back()]; }
+  // Whether it has two focal lengths, and they are equal.
+  bool HasTwoEqualFocalLengths() const {
+    return FocalLengthIdxs().size() == 2 && FocalLengthX() == FocalLengthY();
+  }
   void SetFocalLength(double focal_px);
   void SetFocalLengthX(double focal_px) { params_[FocalLengthIdxs().front()] = focal_px; }
   void SetFocalLengthY(double focal_px) { params_[FocalLengthIdxs().back()] = focal_px; }

@@ -35,9 +35,11 @@ std::vector<Sight> SightsOf(const Camera& camera) {
   return sights;
 }
 
-// Focal lengths and distortion.
-std::vector<size_t> FreeParams(int model_id) {
+// Focal lengths and distortion. Two equal focal lengths stay equal: the second follows.
+std::vector<size_t> FreeParams(const Camera& camera) {
+  const int model_id = camera.ModelId();
   std::vector<size_t> free = CameraModelFocalLengthIdxs(model_id);
+  if (camera.HasTwoEqualFocalLengths()) free.pop_back();
   const std::vector<size_t>& extra = CameraModelExtraParamsIdxs(model_id);
   free.insert(free.end(), extra.begin(), extra.end());
   return free;
@@ -50,15 +52,16 @@ struct Normals {
   double sum = 0;
 };
 
-Normals NormalsOf(const std::vector<Sight>& sights, const std::vector<size_t>& free, int model_id,
-                  const std::vector<double>& params) {
+Normals NormalsOf(const std::vector<Sight>& sights, const std::vector<size_t>& free,
+                  const Camera& camera) {
   const Eigen::Index n = static_cast<Eigen::Index>(free.size());
   Normals normals{Eigen::MatrixXd::Zero(n, n), Eigen::VectorXd::Zero(n), 0};
   for (const Sight& sight : sights) {
     Eigen::Vector2d pixel;
     Eigen::Matrix<double, 2, 3> J_ray;
     IntrinsicsJacobian J_all;
-    ProjectWithJacobians(model_id, params, sight.ray, &pixel, &J_ray, &J_all);
+    ProjectWithJacobians(camera.ModelId(), camera.Params(), sight.ray, &pixel, &J_ray, &J_all);
+    if (camera.HasTwoEqualFocalLengths()) J_all.col(0) += J_all.col(1);
     Eigen::MatrixXd J(2, n);
     for (Eigen::Index i = 0; i < n; ++i) J.col(i) = J_all.col(static_cast<Eigen::Index>(free[i]));
     normals.H += J.transpose() * J;
@@ -78,23 +81,27 @@ Camera FitCameraModel(const Camera& camera, int model_id) {
   if (fitted.FocalLengthIdxs().size() > 1) fitted.SetFocalLengthY(camera.FocalLengthY());
   fitted.SetPrincipalPointX(camera.PrincipalPointX());
   fitted.SetPrincipalPointY(camera.PrincipalPointY());
-  const std::vector<size_t> free = FreeParams(model_id);
+  const std::vector<size_t> free = FreeParams(fitted);
+  const bool is_square = fitted.HasTwoEqualFocalLengths();
   const std::vector<Sight> sights = SightsOf(camera);
-  Normals now = NormalsOf(sights, free, model_id, fitted.Params());
+  Normals now = NormalsOf(sights, free, fitted);
   double damping = 1e-3;
   for (int i = 0; i < kMaxIterations; ++i) {
     Eigen::MatrixXd H = now.H;
     H.diagonal() *= 1 + damping;
     const Eigen::VectorXd step = H.ldlt().solve(now.b);
     if (!step.allFinite()) break;
+    Camera moved = fitted;
     std::vector<double> params = fitted.Params();
     for (size_t k = 0; k < free.size(); ++k) params[free[k]] += step(k);
-    Normals next = NormalsOf(sights, free, model_id, params);
+    moved.SetParams(params);
+    if (is_square) moved.SetFocalLengthY(moved.FocalLengthX());
+    Normals next = NormalsOf(sights, free, moved);
     const bool is_smaller = next.sum < now.sum;
     damping *= is_smaller ? 0.1 : 10;
     if (!is_smaller) continue;
     const bool is_converged = now.sum - next.sum <= kConverged * now.sum;
-    fitted.SetParams(params);
+    fitted = std::move(moved);
     now = std::move(next);
     if (is_converged) break;
   }
