@@ -12,7 +12,6 @@
 #include <string>
 #include <vector>
 
-#include "matching/messages.h"
 #include "node/ledger_server.h"
 #include "testing/synthetic_features.h"
 

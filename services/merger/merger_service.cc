@@ -4,7 +4,6 @@
 #include <random>
 #include <utility>
 
-#include "core/attempt.h"
 #include "core/counted.h"
 #include "core/log.h"
 #include "event_loop/step_record.h"

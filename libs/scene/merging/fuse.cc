@@ -5,7 +5,6 @@
 
 #include "geometry/sim3_score.h"
 #include "map/image_pose.h"
-#include "sfm/pose.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
