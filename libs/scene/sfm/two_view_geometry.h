@@ -64,11 +64,6 @@ TwoViewGeometry EstimateCalibrated(const ImagePair& pair, const FeatureMatches& 
 TwoViewGeometry EstimateByColmap(const ImagePair& pair, const FeatureMatches& matches,
                                  const RansacLimits& limits);
 
-// COLMAP's estimation of several geometries, one after the other, until too few matches are left;
-// with a pose if there is one geometry.
-TwoViewGeometry EstimateMultiple(const ImagePair& pair, const FeatureMatches& matches,
-                                 const RansacLimits& limits);
-
 // Whether most inliers lie at the border and are shifted alike. `points1[i]` and `points2[i]`
 // match.
 bool IsWatermark(const ImagePair& pair, size_t num_inliers, const std::vector<char>& inlier_mask,
