@@ -183,21 +183,6 @@ class Decoder {
   Reconstruction model_;
 };
 
-// Id, camera, name, pose and keypoints.
-Image WithoutPoints(const Image& image) {
-  Image bare;
-  bare.SetImageId(image.ImageId());
-  bare.SetCameraId(image.CameraId());
-  bare.SetName(image.Name());
-  bare.SetQvec(NormalizeQuaternion(image.Qvec()));
-  bare.SetTvec(image.Tvec());
-  std::vector<Eigen::Vector2d> pixels;
-  pixels.reserve(image.NumPoints2D());
-  for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
-  bare.SetPoints2D(pixels);
-  return bare;
-}
-
 // done(name): the file is needed no more.
 template <class Done>
 Result<Reconstruction> DecodeParts(const ModelArchive& archive, Done done) {
@@ -284,6 +269,20 @@ Result<Reconstruction> DecodeModel(const ModelArchive& archive) {
 
 Result<Reconstruction> DecodeModel(ModelArchive&& archive) {
   return DecodeParts(archive, [&](const char* name) { archive.at(name) = Bytes(); });
+}
+
+Image WithoutPoints(const Image& image) {
+  Image bare;
+  bare.SetImageId(image.ImageId());
+  bare.SetCameraId(image.CameraId());
+  bare.SetName(image.Name());
+  bare.SetQvec(NormalizeQuaternion(image.Qvec()));
+  bare.SetTvec(image.Tvec());
+  std::vector<Eigen::Vector2d> pixels;
+  pixels.reserve(image.NumPoints2D());
+  for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
+  bare.SetPoints2D(pixels);
+  return bare;
 }
 
 Reconstruction CopyRegistered(const Reconstruction& reconstruction) {

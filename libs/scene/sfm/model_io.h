@@ -34,6 +34,9 @@ bool CanBeAdded(const Reconstruction& reconstruction, const Track& track);
 // write by them.
 bool IsImageName(const std::string& name);
 
+// Id, camera, name, pose and keypoints. The copy is not registered.
+Image WithoutPoints(const Image& image);
+
 // Same result as encoding and decoding, without either: the registered images and their cameras;
 // the points get new ids, in the order of the old ones.
 Reconstruction CopyRegistered(const Reconstruction& reconstruction);
