@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <iostream>
 #include <string>
 
 #include "clients/photo_folder.h"

@@ -5,7 +5,6 @@
 #include <CLI/CLI.hpp>
 #include <iostream>
 #include <map>
-#include <string>
 
 #include "clients/client_node.h"
 #include "clients/ingest_watch.h"

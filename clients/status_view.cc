@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdio>
 #include <utility>
-#include <vector>
 
 #include "photo/photo_name.h"
 #include "session/diagnosis.h"

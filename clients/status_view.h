@@ -8,7 +8,6 @@
 
 #include "session/heard_processes.h"
 #include "session/session_history.h"
-#include "transport/channels.h"
 
 namespace skein {
 

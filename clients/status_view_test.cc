@@ -7,47 +7,8 @@
 namespace skein::status_view_test {
 
 // A session's facts, one after the other, and what the status says of its submaps.
-class Session {
+class Session : public TestLedger {
  public:
-  template <class T>
-  void Commit(T fact, const std::string& fact_id) {
-    fact.header.seq = session_.state.head() + 1;
-    fact.header.fact_id = fact_id;
-    session_.Apply(Fact(fact));
-  }
-  void Seed(int64_t submap_id) {
-    seed_t seed{};
-    seed.submap_id = submap_id;
-    Commit(seed, "seed/" + std::to_string(submap_id));
-  }
-  void Lease(int64_t submap_id, int64_t epoch) {
-    submap_lease_t lease{};
-    lease.submap_id = submap_id;
-    lease.epoch = epoch;
-    lease.owner = "mapper-1";
-    Commit(lease, "lease/" + std::to_string(session_.state.head()));
-  }
-  void Model(int64_t submap_id, int8_t kind) {
-    submap_model_t model{};
-    model.submap_id = submap_id;
-    model.kind = kind;
-    Commit(model, "model/" + std::to_string(session_.state.head()));
-  }
-  void End(int64_t submap_id, const std::string& reason) {
-    submap_end_t end{};
-    end.submap_id = submap_id;
-    end.reason = reason;
-    Commit(end, "end/" + std::to_string(session_.state.head()));
-  }
-  void Merge(int8_t state, int64_t merge_id, int64_t source_id, int64_t target_id) {
-    merge_t merge{};
-    merge.state = state;
-    merge.merge_id = merge_id;
-    merge.source_id = source_id;
-    merge.target_id = target_id;
-    merge.reason = state == merge_t::UNDONE ? "they disagree" : "";
-    Commit(merge, "merge/" + std::to_string(session_.state.head()));
-  }
   void Tell(int64_t submap_id, int64_t epoch, int num_images) {
     submap_status_t status{};
     status.submap_id = submap_id;
@@ -56,7 +17,7 @@ class Session {
     status.num_images = num_images;
     statuses_[submap_id] = status;
   }
-  nlohmann::json Status() const { return MakeStatus({"id", session_, {}, statuses_, 0}); }
+  nlohmann::json Status() const { return MakeStatus({"id", session(), {}, statuses_, 0}); }
   std::string Stage(int64_t submap_id) const {
     const nlohmann::json status = Status();
     for (const auto& submap : status["submaps"]) {
@@ -66,13 +27,12 @@ class Session {
   }
 
  private:
-  SessionRecord session_;
   std::map<int64_t, submap_status_t> statuses_;
 };
 
 TEST(StatusView, ASubmapIsBornGrowsAndChangesHands) {
   Session session;
-  session.Seed(1);
+  session.Seed(1, 1, 2);
   EXPECT_EQ(session.Stage(1), "waits for a mapper");
   session.Lease(1, 1);
   EXPECT_EQ(session.Stage(1), "being born");
@@ -126,7 +86,7 @@ TEST(StatusView, NamesUnitsAndNoPartOfTheLedger) {
 
 TEST(StatusView, ASubmapTakenOverAfterItsFinalModelIsFinal) {
   Session session;
-  session.Seed(1);
+  session.Seed(1, 1, 2);
   session.Lease(1, 1);
   session.Tell(1, 1, 2);
   session.Model(1, submap_model_t::FINAL);
@@ -140,15 +100,15 @@ TEST(StatusView, ASubmapTakenOverAfterItsFinalModelIsFinal) {
 
 TEST(StatusView, SaysThatASubmapMayBeBent) {
   Session session;
-  session.Seed(1);
+  session.Seed(1, 1, 2);
   session.Lease(1, 1);
   submap_model_t model{};
   model.submap_id = 1;
   model.check.position_sigma = 0.004;
-  session.Commit(model, "model/1");
+  session.Commit(model);
   EXPECT_EQ(FormatStatus(session.Status()).find("bent"), std::string::npos);
   model.check.position_sigma = 0.02;
-  session.Commit(model, "model/2");
+  session.Commit(model);
   const std::string text = FormatStatus(session.Status());
   EXPECT_NE(text.find("map 1 may be bent: expected position error 2.0 %"), std::string::npos)
       << text;
@@ -173,18 +133,17 @@ TEST(StatusView, TellsWhoIsSilentAndWhoCannotReadItsMessages) {
 TEST(StatusView, SaysWhichSubmapsMergeAndHowThatEnded) {
   Session session;
   for (const int64_t id : {1, 2}) {
-    session.Seed(id);
+    session.Seed(id, 1, 2);
     session.Lease(id, 1);
     session.Tell(id, 1, 9);
   }
-  session.Merge(merge_t::ORDERED, 50, 2, 1);
+  const int64_t undone = session.Order(2, 1);
   EXPECT_EQ(session.Stage(2), "merging into 1");
   EXPECT_EQ(session.Stage(1), "absorbing 2");
-  session.Merge(merge_t::UNDONE, 50, 2, 1);
+  session.MergeStep(undone, merge_t::UNDONE);
   EXPECT_EQ(session.Stage(2), "growing");
   EXPECT_EQ(session.Status()["merges"]["last_undone"], "2 into 1: they disagree");
-  session.Merge(merge_t::ORDERED, 60, 2, 1);
-  session.Merge(merge_t::DONE, 60, 2, 1);
+  session.MergeStep(session.Order(2, 1), merge_t::DONE);
   session.End(2, "merged into map 1");
   EXPECT_EQ(session.Stage(2), "not shown");
   const std::string text = FormatStatus(session.Status());

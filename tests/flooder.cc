@@ -2,7 +2,6 @@
 // again, with one bit altered, a signed message that it hears: each costs who checks it a
 // signature. With LINK it says heartbeats of its own, which everybody takes. Prints "ready flooder"
 // when it begins.
-#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <optional>

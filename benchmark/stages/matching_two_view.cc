@@ -80,12 +80,28 @@ struct Totals {
   }
 };
 
-skein::TwoViewGeometry Verify(const skein::PhotoFeatures& a, const skein::PhotoFeatures& b,
-                              const skein::FeatureMatches& matches, skein::TwoViewSearch search,
+skein::TwoViewGeometry ByColmap(const skein::PhotoFeatures& a, const skein::PhotoFeatures& b,
+                                const skein::FeatureMatches& matches) {
+  skein::RansacLimits limits;
+  limits.max_error = skein::limits::kMaxErrorPx;
+  limits.confidence = skein::kTwoViewConfidence;
+  limits.min_inlier_ratio = skein::kMinPairInlierRatio;
+  limits.max_num_trials = 10000;
+  return skein::EstimateByColmap({a.camera, a.points, b.camera, b.points}, matches, limits);
+}
+
+skein::TwoViewGeometry ByOneSearch(const skein::PhotoFeatures& a, const skein::PhotoFeatures& b,
+                                   const skein::FeatureMatches& matches) {
+  return skein::EstimateTwoView(a.camera, a.points, b.camera, b.points, matches,
+                                skein::PairSeed(a.image_id, b.image_id));
+}
+
+template <class Estimate>
+skein::TwoViewGeometry Verify(const Estimate& estimate, const skein::PhotoFeatures& a,
+                              const skein::PhotoFeatures& b, const skein::FeatureMatches& matches,
                               Totals* totals) {
   const double start = ThreadCpuMs();
-  const auto geometry = skein::EstimateTwoView(a.camera, a.points, b.camera, b.points, matches,
-                                               skein::PairSeed(a.image_id, b.image_id), search);
+  const skein::TwoViewGeometry geometry = estimate(a, b, matches);
   totals->Add(geometry, ThreadCpuMs() - start);
   return geometry;
 }
@@ -122,8 +138,8 @@ int main(int argc, char** argv) {
       for (const auto& m : found) matches.emplace_back(m.first, m.second);
       match_ms += ThreadCpuMs() - start;
       ++pairs;
-      const auto theirs = Verify(a, b, matches, skein::TwoViewSearch::kAsColmap, &colmap_limits);
-      const auto ours = Verify(a, b, matches, skein::TwoViewSearch::kOnce, &our_limits);
+      const auto theirs = Verify(ByColmap, a, b, matches, &colmap_limits);
+      const auto ours = Verify(ByOneSearch, a, b, matches, &our_limits);
       differ += theirs.config != ours.config ||
                 theirs.inlier_matches.size() != ours.inlier_matches.size();
     }

@@ -164,10 +164,7 @@ PairResult MatchAsColmap(const PhotoFeatures& a, const PhotoFeatures& b) {
   limits.confidence = kTwoViewConfidence;
   limits.min_inlier_ratio = kMinPairInlierRatio;
   limits.max_num_trials = 10000;
-  result.geometry = EstimateMultiple({a.camera, a.points, b.camera, b.points}, matches, limits);
-  if (result.geometry.config == TwoViewGeometry::MULTIPLE) {
-    result.geometry.config = TwoViewGeometry::UNCALIBRATED;  // counts as verified
-  }
+  result.geometry = EstimateByColmap({a.camera, a.points, b.camera, b.points}, matches, limits);
   result.geometry_s = timer.ElapsedS();
   return result;
 }
@@ -450,7 +447,7 @@ int main(int argc, char** argv) {
   app.add_option("--kernel", options.kernel,
                  "Kernel of both ways, not of --colmap; default: the fastest here")
       ->transform(CLI::CheckedTransformer(skein::benchmark::KernelsByName()));
-  app.add_flag("--colmap", options.colmap, "Also COLMAP's EstimateMultiple");
+  app.add_flag("--colmap", options.colmap, "Also COLMAP's own estimation");
   CLI11_PARSE(app, argc, argv);
   std::printf("commit %s\n", SKEIN_COMMIT);
   try {

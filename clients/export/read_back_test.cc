@@ -11,7 +11,6 @@
 #include <opencv2/calib3d.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <random>
 #include <sstream>
 
 #include "clients/export/training_folder.h"

@@ -1,9 +1,7 @@
 #include "clients/export/training_folder.h"
 
-#include <algorithm>
 #include <map>
 #include <opencv2/core.hpp>
-#include <optional>
 #include <vector>
 
 #include "clients/export/image_file.h"

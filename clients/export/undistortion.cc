@@ -1,7 +1,6 @@
 #include "clients/export/undistortion.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 #include <string>

@@ -1,7 +1,6 @@
 #include "clients/sim/robots.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iostream>
 #include <utility>
 

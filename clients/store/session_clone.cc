@@ -1,7 +1,6 @@
 #include "clients/store/session_clone.h"
 
 #include <set>
-#include <stdexcept>
 
 #include "blobs/blob_store.h"
 #include "clients/store/session_writer.h"

@@ -1,7 +1,6 @@
 #include "clients/store/session_repair.h"
 
 #include <algorithm>
-#include <optional>
 #include <set>
 #include <stdexcept>
 #include <system_error>

@@ -1,7 +1,6 @@
 #include "clients/video/frame_picker.h"
 
 #include <algorithm>
-#include <cmath>
 #include <opencv2/imgproc.hpp>
 #include <opencv2/video/tracking.hpp>
 #include <utility>

@@ -3,7 +3,6 @@
 #include <memory>
 #include <stdexcept>
 
-#include "matching/kernel.h"
 #include "matching/two_view.h"
 #include "testing/test_random.h"
 

@@ -3,7 +3,6 @@
 // adds descriptors, synthetic_submaps.h makes models of it.
 #pragma once
 
-#include <cstdint>
 #include <random>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// For tests: a ledger that is written fact by fact, and its state.
+// For tests: a ledger that is written fact by fact, its state, and the tally that follows it.
 #pragma once
 
 #include <algorithm>
@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "session/session_history.h"
+#include "session/session_tally.h"
 
 namespace skein {
 
@@ -14,6 +15,7 @@ class TestLedger {
  public:
   const SessionState& state() const { return session_.state; }
   const SessionRecord& session() const { return session_; }
+  const SessionTally& tally() const { return tally_; }
   int64_t head() const { return state().head(); }
 
   // The next fact; returns its seq. An order's merge_id is its seq.
@@ -24,6 +26,7 @@ class TestLedger {
     if (fact.header.fact_id.empty()) fact.header.fact_id = std::to_string(fact.header.seq);
     SetMergeId(&fact);
     session_.Apply(Fact(fact));
+    tally_.Apply(Fact(fact), state());
     return head();
   }
 
@@ -157,6 +160,7 @@ class TestLedger {
   }
 
   SessionRecord session_;
+  SessionTally tally_;
 };
 
 }  // namespace skein

@@ -1,9 +1,7 @@
 // Walls of which everything is known, and photos of them, for tests. World: metres, z up.
 #pragma once
 
-#include <cmath>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "core/angles.h"

@@ -2,7 +2,6 @@
 // publishes. The unit of the photos' depth is that of wall_photos.h times `scale`.
 #pragma once
 
-#include <map>
 #include <memory>
 #include <opencv2/imgproc.hpp>
 #include <random>

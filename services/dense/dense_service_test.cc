@@ -8,41 +8,17 @@
 
 #include "formats/mesh_chunk.h"
 #include "shapes/dense_follower.h"
-#include "testing/test_node.h"
 #include "testing/test_photos.h"
 #include "testing/test_shape.h"
 #include "testing/test_wall.h"
 
 namespace skein::dense_service_test {
 
-constexpr char kMapper[] = "mapper-1";
-constexpr int64_t kSubmap = 3;
-constexpr double kDeadlineS = 60;
-
-// The service, an ingest with photos of a wall, a mapper that publishes the shape of their map
-// whenever one is wanted, and a process that follows what comes of it.
-class DenseServiceTest : public testing::Test {
+// The photos are of a wall; a further process follows what comes of them.
+class DenseServiceTest : public ShapeServiceTest {
  protected:
-  DenseServiceTest() {
-    bus_.Subscribe(kShapeWantedChannel, [this](const shape_wanted_t&) {
-      if (!told_.manifest_blob.empty()) mapper_.Publish(kSubmapShapeChannel, told_);
-    });
-    seed_t seed{};
-    seed.submap_id = kSubmap;
-    Commit(seed);
-    submap_lease_t lease{};
-    lease.submap_id = kSubmap;
-    lease.epoch = 1;
-    lease.owner = kMapper;
-    Commit(lease);
-    wall_.Walk(4);
-  }
+  DenseServiceTest() : ShapeServiceTest("dense", 60) { wall_.Walk(4); }
 
-  template <class T>
-  void Commit(T fact) {
-    fact.header.fact_id = std::to_string(++num_facts_);
-    ingest_.Commit(Fact(fact));
-  }
   void StorePhoto(uint32_t image_id, Bytes bytes) {
     image_t image{};
     image.image_id = image_id;
@@ -54,31 +30,20 @@ class DenseServiceTest : public testing::Test {
   void StorePhotos() {
     for (uint32_t id = 1; id <= 4; ++id) StorePhoto(id, Encode(wall_.Picture(id), ".png"));
   }
-  void ShowMap(uint64_t version) {
-    told_ = ServeShape(mapper_, *wall_.MakeShape(kSubmap, version));
-  }
+  void ShowMap(uint64_t version) { Show(*wall_.MakeShape(kSubmap, version)); }
   std::unique_ptr<DenseService> Start(int surface_memory_mib = 512) {
     DenseOptions options;
     options.surface_memory_mib = surface_memory_mib;
     options.size_px = depth_test::kWallWidth;
     return std::make_unique<DenseService>(node_, options);
   }
-  bool WaitFor(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
   size_t NumPhotos() const {
     const DensePointsPtr points = store_.Find(kSubmap);
     return points == nullptr ? 0 : points->manifest.photos.size();
   }
 
   TestWall wall_;
-  PollLoop loop_;
-  Bus bus_{"memq://", loop_};
-  Node ingest_node_{TestOptions("ingest"), loop_, bus_};
-  Node mapper_{TestOptions(kMapper), loop_, bus_};
-  Node node_{TestOptions("dense"), loop_, bus_};
   Node web_{TestOptions("web"), loop_, bus_};
-  MemoryIngest ingest_{ingest_node_};
-  int num_facts_ = 0;
-  submap_shape_t told_{};
   bool is_live_ = true;
   int num_told_ = 0;
   DenseStore store_;

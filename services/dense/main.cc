@@ -7,15 +7,8 @@
 int main(int argc, char** argv) {
   skein::NodeOptions node_options;
   node_options.service = "dense";
-  skein::DenseOptions options;
-  const char* description = "Depth maps and dense points of each place while it is photographed.";
-  if (const auto code =
-          skein::ParseServiceOptions(description, argc, argv, &node_options, &options)) {
-    return *code;
-  }
-  return skein::RunService(node_options, [&](skein::Node& node) {
-    cv::setNumThreads(1);
-    skein::DenseService service(node, options);
-    node.Run();
-  });
+  cv::setNumThreads(1);
+  return skein::RunServiceWithOptions<skein::DenseService, skein::DenseOptions>(
+      node_options, "Depth maps and dense points of each place while it is photographed.", argc,
+      argv);
 }

@@ -1,7 +1,6 @@
 #include "features/sift_kernels.h"
 
 #include <stdexcept>
-#include <string>
 
 namespace skein {
 

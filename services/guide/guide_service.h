@@ -7,7 +7,6 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "event_loop/alive.h"
 #include "event_loop/failed_items.h"

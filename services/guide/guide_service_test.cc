@@ -6,43 +6,21 @@
 #include <atomic>
 #include <stdexcept>
 
-#include "testing/test_node.h"
 #include "testing/test_place.h"
 #include "testing/test_shape.h"
 
 namespace skein::guide_service_test {
 
-constexpr char kMapper[] = "mapper-1";
-constexpr int64_t kSubmap = 3;
-constexpr double kDeadlineS = 20;
-
-// The guide, an ingest, and a mapper that tells the shape of a place whenever one is wanted.
-class GuideServiceTest : public testing::Test {
+class GuideServiceTest : public ShapeServiceTest {
  protected:
-  GuideServiceTest() {
+  GuideServiceTest() : ShapeServiceTest("guide", 20) {
     bus_.Subscribe(kGuidanceChannel, [this](const guidance_t& told) { guidance_.push_back(told); });
     bus_.Subscribe(kAdviceChannel, [this](const advice_t& told) {
       advice_[told.agent] = told;
       ++num_advice_;
     });
-    bus_.Subscribe(kShapeWantedChannel, [this](const shape_wanted_t&) {
-      if (is_telling_) mapper_.Publish(kSubmapShapeChannel, told_);
-    });
-    seed_t seed{};
-    seed.submap_id = kSubmap;
-    Commit(seed);
-    submap_lease_t lease{};
-    lease.submap_id = kSubmap;
-    lease.epoch = 1;
-    lease.owner = kMapper;
-    Commit(lease);
   }
 
-  template <class T>
-  void Commit(T fact) {
-    fact.header.fact_id = std::to_string(++num_facts_);
-    ingest_.Commit(Fact(fact));
-  }
   // The photos of the place become registered ones of the submap, as far as they are not.
   void Register(const TestPlace& place) {
     for (const auto& [id, photo] : place.photos()) {
@@ -62,27 +40,16 @@ class GuideServiceTest : public testing::Test {
     }
   }
   void Show(const TestPlace& place, uint64_t version) {
-    told_ = ServeShape(mapper_, *place.MakeShape(kSubmap, version));
-    is_telling_ = true;
+    ShapeServiceTest::Show(*place.MakeShape(kSubmap, version));
   }
   static GuideOptions Options() {
     GuideOptions options;
     options.work_share = 1;
     return options;
   }
-  bool WaitFor(const std::function<bool()>& done) { return loop_.RunUntil(done, kDeadlineS); }
   int64_t Version() const { return guidance_.empty() ? 0 : guidance_.back().version; }
 
-  PollLoop loop_;
-  Bus bus_{"memq://", loop_};
-  Node ingest_node_{TestOptions("ingest"), loop_, bus_};
-  Node mapper_{TestOptions(kMapper), loop_, bus_};
-  Node node_{TestOptions("guide"), loop_, bus_};
-  MemoryIngest ingest_{ingest_node_};
-  int num_facts_ = 0;
   int64_t num_registered_ = 0;
-  submap_shape_t told_{};
-  bool is_telling_ = false;
   std::vector<guidance_t> guidance_;
   std::map<std::string, advice_t> advice_;
   int num_advice_ = 0;

@@ -1,8 +1,6 @@
 // Guidance and advice of a place, as messages.
 #pragma once
 
-#include <string>
-
 #include "guide/place_guidance.h"
 #include "skein/advice_t.hpp"
 #include "skein/guidance_t.hpp"

@@ -159,9 +159,4 @@ Result<PlaceGuidance> PlaceGuide::Update(const PlaceInput& input) {
   return guidance;
 }
 
-Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& no_go,
-                                 const PlaceInput& input) {
-  return PlaceGuide(options, no_go).Update(input);
-}
-
 }  // namespace skein

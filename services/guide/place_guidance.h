@@ -77,8 +77,4 @@ class PlaceGuide {
   LivePlace place_;
 };
 
-// A PlaceGuide's first update.
-Result<PlaceGuidance> GuidePlace(const GuideOptions& options, const NoGoAreas& no_go,
-                                 const PlaceInput& input);
-
 }  // namespace skein

@@ -6,9 +6,15 @@
 
 namespace skein::place_guidance_test {
 
+Result<PlaceGuidance> FirstGuidance(const PlaceInput& input) {
+  const GuideOptions options;
+  const NoGoAreas no_go;
+  return PlaceGuide(options, no_go).Update(input);
+}
+
 PlaceGuidance Guide(const TestPlace& place, const GuideOptions& options = {},
                     const NoGoAreas& no_go = {}) {
-  Result<PlaceGuidance> guidance = GuidePlace(options, no_go, place.Input());
+  Result<PlaceGuidance> guidance = PlaceGuide(options, no_go).Update(place.Input());
   EXPECT_TRUE(guidance.ok()) << guidance.error();
   return *guidance;
 }
@@ -56,9 +62,9 @@ TEST(PlaceGuidance, WhatThePhotosShowNoTextureOnIsNotGood) {
     photo.texture.emplace();
     photo.texture->bits.fill(0xff);
   }
-  EXPECT_EQ(GuidePlace({}, {}, input)->place.completeness.good_share, good);
+  EXPECT_EQ(FirstGuidance(input)->place.completeness.good_share, good);
   for (auto& [id, photo] : input.photos) photo.texture.emplace();
-  EXPECT_EQ(GuidePlace({}, {}, input)->place.completeness.good_share, 0);
+  EXPECT_EQ(FirstGuidance(input)->place.completeness.good_share, 0);
 }
 
 TEST(PlaceGuidance, AStationIsToldFromThePhotoNearest) {
@@ -80,7 +86,7 @@ TEST(PlaceGuidance, AStationIsToldFromThePhotoNearest) {
 TEST(PlaceGuidance, OnlyAgentsThatAskAreAdvised) {
   PlaceInput input = TwoWalks().Input();
   input.agents = {"bob", "carol"};
-  const Result<PlaceGuidance> guidance = GuidePlace({}, {}, input);
+  const Result<PlaceGuidance> guidance = FirstGuidance(input);
   ASSERT_TRUE(guidance.ok());
   ASSERT_EQ(guidance->advice.size(), 1u);
   EXPECT_EQ(guidance->advice[0].agent, "bob");
@@ -105,7 +111,7 @@ TEST(PlaceGuidance, OfAPlaceThatGrowsSaysNearlyWhatIsSaidOfItAnew) {
     place.Photograph(i % 2 == 0 ? "alice" : "bob", 2 + i);
     PlaceInput input = place.Input();
     input.shape = place.MakeShape(3, 10 + static_cast<uint64_t>(i));
-    const Result<PlaceGuidance> said = guide.Update(input), anew = GuidePlace({}, {}, input);
+    const Result<PlaceGuidance> said = guide.Update(input), anew = FirstGuidance(input);
     ASSERT_TRUE(said.ok() && anew.ok());
     EXPECT_EQ(said->place.num_photos, anew->place.num_photos);
     EXPECT_NEAR(said->place.completeness.good_share, anew->place.completeness.good_share, 0.05);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "testing/test_ledger.h"
+
 namespace skein::vain_advice_test {
 
 constexpr int64_t kSubmap = 3;
@@ -18,32 +20,16 @@ AgentAdvice AdviceOf(const std::string& agent, const std::vector<double>& common
 
 class VainAdviceTest : public testing::Test {
  protected:
-  VainAdviceTest() {
-    seed_t seed{};
-    seed.submap_id = kSubmap;
-    Apply(seed);
-  }
+  VainAdviceTest() { ledger_.Seed(kSubmap, 0, 0); }
 
-  template <class T>
-  void Apply(T fact) {
-    fact.header.seq = ++seq_;
-    state_.Apply(Fact(fact));
-  }
   int64_t Take(const std::string& agent) {
-    image_t image{};
-    image.image_id = ++num_images_;
-    image.agent = agent;
-    Apply(image);
-    vain_.NotePhoto(agent, image.image_id);
-    return image.image_id;
+    ledger_.PhotoOf(agent, ++num_images_);
+    vain_.NotePhoto(agent, num_images_);
+    return num_images_;
   }
   int64_t Try(int64_t image_id, int8_t outcome) {
-    registration_t registration{};
-    registration.image_id = image_id;
-    registration.submap_id = kSubmap;
-    registration.state = outcome;
-    Apply(registration);
-    return vain_.NoteOutcome(state_, image_id);
+    ledger_.Register(kSubmap, image_id, outcome);
+    return vain_.NoteOutcome(ledger_.state(), image_id);
   }
   std::vector<double> CommonPointsOf(const std::string& agent) const {
     std::vector<double> common;
@@ -51,9 +37,9 @@ class VainAdviceTest : public testing::Test {
     return common;
   }
 
-  SessionState state_;
+  TestLedger ledger_;
   VainAdvice vain_;
-  int64_t seq_ = 0, num_images_ = 0;
+  int64_t num_images_ = 0;
 };
 
 TEST_F(VainAdviceTest, APhotoThatIsNotRegisteredWasInVainUntilItIs) {
@@ -91,8 +77,8 @@ TEST_F(VainAdviceTest, APhotoThatMatchesNoOtherWasInVain) {
   const int64_t photo = Take("alice");
   matches_t matches{};
   matches.image_id = photo;
-  Apply(matches);
-  EXPECT_EQ(vain_.NoteOutcome(state_, photo), kSubmap);
+  ledger_.Commit(matches);
+  EXPECT_EQ(vain_.NoteOutcome(ledger_.state(), photo), kSubmap);
   EXPECT_EQ(CommonPointsOf("alice").size(), 1u);
 }
 
@@ -106,14 +92,14 @@ TEST_F(VainAdviceTest, ABlurredPhotoTellsNothingOfItsStation) {
     features.brightness = 0.5F;
     features.coverage = 0.8F;
     features.blur = blur;
-    Apply(features);
+    ledger_.Commit(features);
     candidates_t candidates{};
     candidates.image_id = photo;
-    Apply(candidates);
+    ledger_.Commit(candidates);
     matches_t matches{};
     matches.image_id = photo;
-    Apply(matches);
-    EXPECT_EQ(vain_.NoteOutcome(state_, photo), blur > 0.5F ? 0 : kSubmap);
+    ledger_.Commit(matches);
+    EXPECT_EQ(vain_.NoteOutcome(ledger_.state(), photo), blur > 0.5F ? 0 : kSubmap);
   }
   EXPECT_EQ(CommonPointsOf("alice"), std::vector<double>{200});
 }

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "core/result.h"
 #include "event_loop/worker_thread.h"
 #include "ingest/ledger_writer.h"
 #include "ledger/session_folder.h"

@@ -13,7 +13,6 @@
 #include "ingest/photo_intake.h"
 #include "ingest/submission_desk.h"
 #include "ingest/work_desk.h"
-#include "ledger/session_folder.h"
 #include "node/ledger_server.h"
 #include "node/node.h"
 

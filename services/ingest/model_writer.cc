@@ -3,10 +3,7 @@
 #include <fcntl.h>
 #include <stdio.h>
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <system_error>
 
 #include "blobs/blob_store.h"
 #include "core/file_below.h"

@@ -6,9 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "blobs/blob_store.h"
 #include "core/bytes.h"
-#include "core/result.h"
 #include "ledger/session_folder.h"
 #include "photo/photo_check.h"
 #include "photo/photo_decoder.h"

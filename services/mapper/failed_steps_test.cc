@@ -1,5 +1,4 @@
 // Each kind of a mapper's jobs throws whenever it is tried: the session goes on without it.
-#include <ostream>
 #include <stdexcept>
 
 #include "core/attempt.h"

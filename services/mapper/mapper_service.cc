@@ -1,7 +1,5 @@
 #include "mapper/mapper_service.h"
 
-#include <algorithm>
-
 #include "core/attempt.h"
 #include "core/counted.h"
 #include "core/log.h"

@@ -1,7 +1,6 @@
 #include "mapper/messages.h"
 
 #include <algorithm>
-#include <cmath>
 #include <iterator>
 
 #include "ledger/facts.h"

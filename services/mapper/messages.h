@@ -3,8 +3,6 @@
 // Between Skein's messages and the mapper's core.
 
 #include <cstddef>
-#include <utility>
-#include <vector>
 
 #include "core/result.h"
 #include "mapper/model_assessment.h"

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <limits>
 
 #include "ledger/fact_ids.h"
 #include "ledger/facts.h"

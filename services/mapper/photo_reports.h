@@ -11,7 +11,7 @@
 #include "mapper/item_log.h"
 #include "mapper/lease.h"
 #include "mapper/submissions.h"
-#include "mapping/submap.h"
+#include "mapping/photo_event.h"
 #include "session/session_state.h"
 
 namespace skein {

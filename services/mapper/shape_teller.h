@@ -11,7 +11,6 @@
 #include "event_loop/alive.h"
 #include "event_loop/worker_thread.h"
 #include "formats/shape.h"
-#include "map/scene_map.h"
 #include "mapper/lease.h"
 #include "mapper/submap_worker.h"
 #include "node/node.h"

@@ -12,21 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "matching/messages.h"
-#include "node/ledger_server.h"
 #include "testing/synthetic_features.h"
+#include "testing/test_node.h"
 
 namespace skein::matching_service_test {
 
-constexpr char kSession[] = "0123456789abcdef";
 constexpr double kDeadlineS = 60;
-
-NodeOptions OptionsOf(const std::string& service) {
-  NodeOptions options;
-  options.service = service;
-  options.session_id = kSession;
-  return options;
-}
 
 struct Blobs {
   Bytes keypoints, descriptors;
@@ -36,21 +27,13 @@ Bytes DescriptorsOf(size_t num) { return EncodeDescriptors({Bytes(128 * num, 7)}
 
 Blobs CutDescriptors(const Keypoints& keypoints) { return {EncodeKeypoints(keypoints), {1, 2, 3}}; }
 
-// What matching sees of ingest: a ledger, blobs, work, and answers to submissions.
+// An ingest with photos that gives work, and what matching submits of it.
 class Ingest {
  public:
-  Ingest(PollLoop& loop, Bus& bus)
-      : node_(OptionsOf("ingest"), loop, bus),
-        server_(node_, 0, [this](int64_t from, int64_t to, const LedgerServer::Visit& visit) {
-          for (int64_t seq = from; seq <= to; ++seq) {
-            const Fact& fact = ledger_[seq - 1];
-            if (!visit(FactKind(fact), EncodeFact(fact))) return;
-          }
-        }) {
+  Ingest(PollLoop& loop, Bus& bus) : node_(TestOptions("ingest"), loop, bus) {
+    memory_.Refuse([this](const Fact& fact) { return WhyNotYet(std::get<matches_t>(fact)); });
     bus.Subscribe<work_request_t>(kWorkRequestChannel,
                                   [this](const work_request_t& request) { GiveWork(request); });
-    bus.Subscribe<matches_t>(kSubmitMatchesChannel,
-                             [this](const matches_t& matches) { OnMatches(matches); });
     bus.Subscribe<work_failed_t>(kWorkFailedChannel, [this](const work_failed_t& failed) {
       failures_[failed.item_id] = failed;
       work_.erase(failed.item_id);
@@ -114,11 +97,8 @@ class Ingest {
  private:
   template <class T>
   void Commit(T fact, const std::string& kind) {
-    fact.header.session_id = kSession;
-    fact.header.seq = static_cast<int64_t>(ledger_.size()) + 1;
     fact.header.fact_id = kind + "/" + std::to_string(fact.image_id);
-    ledger_.push_back(fact);
-    server_.Broadcast(ledger_.back());
+    memory_.Commit(Fact(fact));
   }
 
   void GiveWork(const work_request_t& request) {
@@ -136,19 +116,15 @@ class Ingest {
     }
   }
 
-  void OnMatches(const matches_t& matches) {
-    submit_reply_t reply;
-    reply.author = matches.header.author;
-    reply.fact_id = matches.header.fact_id;
-    reply.status = submit_reply_t::COMMITTED;
-    if (matches_.count(matches.image_id) == 0) {
-      if (!matches.pairs_blob.empty() && !pairs_.count(matches.pairs_blob)) return Pull(matches);
-      work_.erase(matches.image_id);
-      matches_[matches.image_id] = matches;
-      Commit(matches, "matches");
+  // Matches are committed once their pairs are here.
+  std::optional<RefusedFact> WhyNotYet(const matches_t& matches) {
+    if (!matches.pairs_blob.empty() && pairs_.count(matches.pairs_blob) == 0) {
+      Pull(matches);
+      return RefusedFact{submit_reply_t::PULLING, ""};
     }
-    reply.seq = 1;
-    node_.Publish(kSubmitReplyChannel, reply);
+    work_.erase(matches.image_id);
+    matches_[matches.image_id] = matches;
+    return std::nullopt;
   }
 
   void Pull(const matches_t& matches) {
@@ -159,8 +135,7 @@ class Ingest {
   }
 
   Node node_;
-  LedgerServer server_;
-  std::vector<Fact> ledger_;
+  MemoryIngest memory_{node_};
   std::set<int64_t> work_;
   std::map<int64_t, Damaged> damaged_;
   std::map<int64_t, matches_t> matches_;
@@ -176,7 +151,7 @@ class Ingest {
 class Matching : public testing::Test {
  protected:
   void StartService(bool second_look = true) {
-    node_.emplace(OptionsOf("matching"), loop_, bus_);
+    node_.emplace(TestOptions("matching"), loop_, bus_);
     MatchingServiceOptions options;
     options.second_look = second_look;
     service_.emplace(*node_, options);

@@ -5,7 +5,6 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "core/bytes.h"

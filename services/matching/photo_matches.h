@@ -2,7 +2,6 @@
 
 // Result of matching one photo with others.
 
-#include <utility>
 #include <vector>
 
 #include "covisibility/covisibility.h"

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "geometry/free_focal.h"
@@ -16,8 +15,8 @@ namespace {
 constexpr double kMinEFInlierRatio = 0.95;
 constexpr double kMaxHInlierRatio = 0.8;
 
-// Of a search: samples come from the surest matches first. COLMAP's come from all.
-constexpr int kMaxTrials = 1000, kMaxTrialsOfColmap = 10000;
+// Of a search: samples come from the surest matches first.
+constexpr int kMaxTrials = 1000;
 
 // Even when all matches must be inliers, some samples are too close together for a good model.
 constexpr double kMaxAssumedInlierRatio = 0.7;
@@ -44,18 +43,18 @@ Correspondences Gather(const Camera& camera1, const std::vector<Eigen::Vector2d>
   return c;
 }
 
-RansacLimits LimitsOf(TwoViewSearch search) {
+RansacLimits Limits() {
   RansacLimits limits;
   limits.max_error = limits::kMaxErrorPx;
   limits.confidence = kTwoViewConfidence;
-  limits.max_num_trials = search == TwoViewSearch::kOnce ? kMaxTrials : kMaxTrialsOfColmap;
+  limits.max_num_trials = kMaxTrials;
   limits.min_inlier_ratio = kMinPairInlierRatio;
   return limits;
 }
 
 // Of a search that ends where a model with so many inliers would have been found.
 RansacLimits LimitsByOutcome(double useful_inliers, size_t num_matches) {
-  RansacLimits limits = LimitsOf(TwoViewSearch::kOnce);
+  RansacLimits limits = Limits();
   const double ratio = std::min(kMaxAssumedInlierRatio, useful_inliers / num_matches);
   limits.min_inlier_ratio = std::max(limits.min_inlier_ratio, ratio);
   return limits;
@@ -89,21 +88,6 @@ Eigen::Matrix3d FundamentalFromEssential(const Eigen::Matrix3d& E, const Camera&
          camera1.CalibrationMatrix().inverse();
 }
 
-// As COLMAP: a search of its own for each model, in COLMAP's order, as each draws random numbers.
-Models SearchEachModel(const Camera& camera1, const Camera& camera2, const Correspondences& c) {
-  constexpr Sampling kSampling = Sampling::kUniform;
-  const RansacLimits limits = LimitsOf(TwoViewSearch::kAsColmap);
-  Models models;
-  if (HavePriors(camera1, camera2)) {
-    RansacLimits of_essential = limits;
-    of_essential.max_error = NormalizedError(camera1, camera2, limits.max_error);
-    models.E = SearchEssential(of_essential, kSampling, c.normalized1, c.normalized2);
-  }
-  models.F = SearchFundamental(limits, kSampling, c.points1, c.points2);
-  models.H = SearchHomography(limits, kSampling, c.points1, c.points2);
-  return models;
-}
-
 // Samples of the epipolar model's inliers: H matters if it explains 0.8 of them.
 RobustModel SearchHomographyWithin(const RobustModel& epipolar, const Correspondences& c) {
   std::vector<Eigen::Vector2d> inliers1, inliers2;
@@ -113,7 +97,7 @@ RobustModel SearchHomographyWithin(const RobustModel& epipolar, const Correspond
     inliers2.push_back(c.points2[i]);
   }
   const RansacLimits limits = LimitsByOutcome(kMaxHInlierRatio * inliers1.size(), inliers1.size());
-  const RobustModel H = SearchHomography(limits, Sampling::kSurestFirst, inliers1, inliers2);
+  const RobustModel H = SearchHomography(limits, inliers1, inliers2);
   if (!H.found) return H;
   return RefineHomography(H.matrix, c.points1, c.points2, limits.max_error);
 }
@@ -121,13 +105,10 @@ RobustModel SearchHomographyWithin(const RobustModel& epipolar, const Correspond
 // E with focal priors, else F.
 RobustModel SearchEpipolar(const RansacLimits& limits, const Camera& camera1, const Camera& camera2,
                            const Correspondences& c) {
-  constexpr Sampling kSampling = Sampling::kSurestFirst;
-  if (!HavePriors(camera1, camera2)) {
-    return SearchFundamental(limits, kSampling, c.points1, c.points2);
-  }
+  if (!HavePriors(camera1, camera2)) return SearchFundamental(limits, c.points1, c.points2);
   RansacLimits of_essential = limits;
   of_essential.max_error = NormalizedError(camera1, camera2, limits.max_error);
-  return SearchEssential(of_essential, kSampling, c.normalized1, c.normalized2);
+  return SearchEssential(of_essential, Sampling::kSurestFirst, c.normalized1, c.normalized2);
 }
 
 // One search, for the model that explains most. The others start from what it found.
@@ -143,7 +124,7 @@ Models SearchModels(const Camera& camera1, const Camera& camera2, const Correspo
   const RobustModel& epipolar = models.F.num_inliers > models.E.num_inliers ? models.F : models.E;
   models.H = epipolar.num_inliers >= kMinPairInliers
                  ? SearchHomographyWithin(epipolar, c)
-                 : SearchHomography(limits, Sampling::kSurestFirst, c.points1, c.points2);
+                 : SearchHomography(limits, c.points1, c.points2);
   return models;
 }
 
@@ -226,7 +207,7 @@ bool IsRotationWithAnyFocalLengths(const Camera& camera1,
 TwoViewGeometry Conclude(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                          const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
                          const FeatureMatches& matches, const Correspondences& c,
-                         const Models& models, TwoViewSearch search) {
+                         const Models& models) {
   const Decision decision = Decide(models);
   TwoViewGeometry geometry = Degenerate();
   if (!decision.inliers_of) return geometry;
@@ -241,12 +222,12 @@ TwoViewGeometry Conclude(const Camera& camera1, const std::vector<Eigen::Vector2
   }
   if (IsWatermark({camera1, c.points1, camera2, c.points2},
                   static_cast<size_t>(decision.inliers_of->num_inliers),
-                  decision.inliers_of->inlier_mask, LimitsOf(search))) {
+                  decision.inliers_of->inlier_mask, Limits())) {
     geometry.config = TwoViewGeometry::WATERMARK;
     return geometry;
   }
   EstimatePose(camera1, points1, camera2, points2, &geometry);
-  if (search == TwoViewSearch::kOnce && geometry.tri_angle > 0 &&
+  if (geometry.tri_angle > 0 &&
       IsRotationWithAnyFocalLengths(camera1, points1, camera2, points2, geometry.inlier_matches)) {
     geometry.config = TwoViewGeometry::PANORAMIC;
     geometry.tvec.setZero();
@@ -269,14 +250,12 @@ Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_p
 
 TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                                 const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
-                                const FeatureMatches& matches, uint32_t seed,
-                                TwoViewSearch search) {
+                                const FeatureMatches& matches, uint32_t seed) {
   const Correspondences c = Gather(camera1, points1, camera2, points2, matches);
   if (matches.size() < static_cast<size_t>(kMinPairInliers)) return Degenerate();
   SetRandomSeed(seed);
-  const Models models = search == TwoViewSearch::kOnce ? SearchModels(camera1, camera2, c)
-                                                       : SearchEachModel(camera1, camera2, c);
-  return Conclude(camera1, points1, camera2, points2, matches, c, models, search);
+  const Models models = SearchModels(camera1, camera2, c);
+  return Conclude(camera1, points1, camera2, points2, matches, c, models);
 }
 
 bool HaveGeometry(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
@@ -287,7 +266,7 @@ bool HaveGeometry(const Camera& camera1, const std::vector<Eigen::Vector2d>& poi
   SetRandomSeed(seed);
   const RansacLimits limits = LimitsByOutcome(kMinPairInliers, matches.size());
   return IsSupported(SearchEpipolar(limits, camera1, camera2, c)) ||
-         IsSupported(SearchHomography(limits, Sampling::kSurestFirst, c.points1, c.points2));
+         IsSupported(SearchHomography(limits, c.points1, c.points2));
 }
 
 Eigen::Matrix3d EpipolarModel(const Camera& camera1, const Camera& camera2,

@@ -18,7 +18,6 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "core/limits.h"
@@ -34,11 +33,6 @@ constexpr double kTwoViewConfidence = 0.999;
 // Inliers of a verified pair, and the smallest share of them that a search finds: COLMAP's.
 constexpr int kMinPairInliers = 15;
 constexpr double kMinPairInlierRatio = 0.25;
-
-enum class TwoViewSearch {
-  kOnce,      // one search, at most 1,000 trials
-  kAsColmap,  // three searches, at most 10,000 trials: COLMAP's result to the bit (for comparison)
-};
 
 // SIMPLE_RADIAL without distortion, principal point in the middle. Throws std::invalid_argument
 // unless the sizes and the focal length are positive and finite.
@@ -57,8 +51,7 @@ Camera PriorCamera(int width_px, int height_px, double focal_px, bool focal_is_p
 // rotation explains, with whatever focal lengths, is panoramic (geometry/free_focal.h).
 TwoViewGeometry EstimateTwoView(const Camera& camera1, const std::vector<Eigen::Vector2d>& points1,
                                 const Camera& camera2, const std::vector<Eigen::Vector2d>& points2,
-                                const FeatureMatches& matches, uint32_t seed,
-                                TwoViewSearch search = TwoViewSearch::kOnce);
+                                const FeatureMatches& matches, uint32_t seed);
 
 // Whether such a search finds a model with enough inliers: no pose, no test for a rotation or a
 // watermark.

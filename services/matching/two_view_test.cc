@@ -69,10 +69,9 @@ class TwoView : public testing::Test {
     return scene;
   }
 
-  TwoViewGeometry Estimate(const Scene& scene, bool prior = true,
-                           TwoViewSearch search = TwoViewSearch::kOnce) {
+  TwoViewGeometry Estimate(const Scene& scene, bool prior = true) {
     const Camera camera = PriorCamera(kWidthPx, kHeightPx, kFocalPx, prior);
-    return EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5, search);
+    return EstimateTwoView(camera, scene.points1, camera, scene.points2, scene.matches, 5);
   }
 
   std::mt19937 random_{42};
@@ -226,30 +225,6 @@ TwoViewGeometry EstimateByColmap(const Scene& scene, bool prior) {
   SetRandomSeed(5);
   return skein::EstimateByColmap({camera, scene.points1, camera, scene.points2}, scene.matches,
                                  limits);
-}
-
-void ExpectSameInliers(const TwoViewGeometry& a, const TwoViewGeometry& b) {
-  EXPECT_EQ(a.config, b.config);
-  ASSERT_EQ(a.inlier_matches.size(), b.inlier_matches.size());
-  for (size_t i = 0; i < a.inlier_matches.size(); ++i) {
-    EXPECT_EQ(a.inlier_matches[i].point2D_idx1, b.inlier_matches[i].point2D_idx1);
-  }
-}
-
-TEST_F(TwoView, EqualsColmap) {
-  for (const bool prior : {true, false}) {
-    for (const bool planar : {true, false}) {
-      for (const int num_false : {0, 30, 150}) {
-        const Scene scene = MakeScene(100, num_false, Eigen::Vector3d(-1, 0.1, 0.1), planar);
-        const TwoViewGeometry ours = Estimate(scene, prior, TwoViewSearch::kAsColmap);
-        const TwoViewGeometry expected = EstimateByColmap(scene, prior);
-        ExpectSameInliers(ours, expected);
-        if (prior) {
-          EXPECT_LT((ours.tvec - expected.tvec).norm(), 1e-6);
-        }
-      }
-    }
-  }
 }
 
 // A random match may be an inlier of one model and not of the other.

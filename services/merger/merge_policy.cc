@@ -1,7 +1,6 @@
 #include "merger/merge_policy.h"
 
 #include <algorithm>
-#include <cmath>
 #include <utility>
 
 #include "session/photo_homes.h"

@@ -4,7 +4,6 @@
 #include <random>
 #include <utility>
 
-#include "core/attempt.h"
 #include "core/counted.h"
 #include "core/log.h"
 #include "event_loop/step_record.h"
@@ -176,9 +175,8 @@ void MergerService::OnHead(const ledger_head_t& head) {
     }
     new_statuses_.clear();
   }
-  for (auto& [submap_id, status] : heard_statuses_)
-    new_statuses_.insert_or_assign(submap_id, status);
-  heard_statuses_.clear();
+  heard_statuses_.merge(new_statuses_);  // the newer ones stay
+  new_statuses_ = std::exchange(heard_statuses_, {});
 }
 
 void MergerService::OnWorkRequest(const work_request_t& request) {

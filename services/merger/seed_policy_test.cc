@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <optional>
-#include <stdexcept>
 
 #include "session/submap_steps.h"
 #include "testing/test_ledger.h"

@@ -1,6 +1,5 @@
 #include "retrieval/graph_check.h"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstring>

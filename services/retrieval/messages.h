@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 #include "retrieval/retrieval_state.h"
 #include "skein/candidates_t.hpp"

@@ -8,7 +8,6 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string>
 
 #include "event_loop/failed_items.h"
 #include "event_loop/worker_thread.h"

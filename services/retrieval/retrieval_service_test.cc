@@ -12,8 +12,8 @@
 
 #include "core/file.h"
 #include "ledger/session_folder.h"
-#include "node/ledger_server.h"
 #include "testing/test_folder.h"
+#include "testing/test_node.h"
 
 namespace skein::retrieval_service_test {
 
@@ -21,25 +21,22 @@ constexpr double kDeadlineS = 60;
 constexpr int kDim = 16;
 
 NodeOptions IngestOptions(const std::string& session_id) {
-  NodeOptions options;
-  options.service = "ingest";
+  NodeOptions options = TestOptions("ingest");
   options.session_id = session_id;
   return options;
 }
 
-// What retrieval sees of ingest: a ledger, blobs, and answers to submissions.
+// An ingest with photos, and what retrieval asks it for and answers.
 class Ingest {
  public:
   Ingest(const std::string& session_id, PollLoop& loop, Bus& bus)
-      : node_(IngestOptions(session_id), loop, bus),
-        server_(node_, 0, [this](int64_t from, int64_t to, const LedgerServer::Visit& visit) {
-          lowest_served_ = std::min(lowest_served_, from);
-          for (int64_t seq = from; seq <= to; ++seq) {
-            if (!visit(FactKind(ledger_[seq - 1]), EncodeFact(ledger_[seq - 1]))) return;
-          }
-        }) {
-    bus.Subscribe<candidates_t>(kSubmitCandidatesChannel,
-                                [this](const candidates_t& c) { OnCandidates(c); });
+      : node_(IngestOptions(session_id), loop, bus) {
+    bus.Subscribe(kLedgerRequestChannel, [this](const ledger_request_t& request) {
+      lowest_asked_ = std::min(lowest_asked_, request.from_seq);
+    });
+    bus.Subscribe<candidates_t>(kSubmitCandidatesChannel, [this](const candidates_t& candidates) {
+      candidates_.emplace(candidates.image_id, candidates);
+    });
   }
 
   void AddPhoto(int64_t image_id) {
@@ -64,7 +61,7 @@ class Ingest {
     failure.image_id = image_id;
     failure.stage = "matching";
     failure.parked = parked;
-    Commit(failure, "failure/" + std::to_string(ledger_.size()));
+    Commit(failure, "failure/" + std::to_string(image_id));
   }
 
   // Unit vectors that depend on the id only.
@@ -82,41 +79,21 @@ class Ingest {
   }
 
   const std::map<int64_t, candidates_t>& candidates() const { return candidates_; }
-  // The first ledger position asked for since ForgetServed.
-  int64_t lowest_served() const { return lowest_served_; }
-  void ForgetServed() { lowest_served_ = 1 << 30; }
-  int64_t head() const { return static_cast<int64_t>(ledger_.size()); }
-  const std::string& session_id() const { return node_.session_id(); }
+  // The first ledger position asked for since ForgetAsked.
+  int64_t lowest_asked() const { return lowest_asked_; }
+  void ForgetAsked() { lowest_asked_ = 1 << 30; }
 
  private:
   template <class T>
-  int64_t Commit(T fact, const std::string& fact_id) {
-    fact.header.session_id = node_.session_id();
-    fact.header.seq = head() + 1;
+  void Commit(T fact, const std::string& fact_id) {
     fact.header.fact_id = fact_id;
-    ledger_.push_back(fact);
-    server_.Broadcast(ledger_.back());
-    return head();
-  }
-
-  void OnCandidates(const candidates_t& candidates) {
-    submit_reply_t reply{};
-    reply.author = candidates.header.author;
-    reply.fact_id = candidates.header.fact_id;
-    reply.status = submit_reply_t::COMMITTED;
-    if (candidates_.count(candidates.image_id) == 0) {
-      candidates_[candidates.image_id] = candidates;
-      Commit(candidates, candidates.header.fact_id);
-    }
-    reply.seq = 1;
-    node_.Publish(kSubmitReplyChannel, reply);
+    memory_.Commit(Fact(fact));
   }
 
   Node node_;
-  LedgerServer server_;
-  std::vector<Fact> ledger_;
+  MemoryIngest memory_{node_};
   std::map<int64_t, candidates_t> candidates_;
-  int64_t lowest_served_ = 1 << 30;
+  int64_t lowest_asked_ = 1 << 30;
 };
 
 class Retrieval : public testing::Test {
@@ -127,7 +104,7 @@ class Retrieval : public testing::Test {
   }
 
   void Start() {
-    ingest_->ForgetServed();
+    ingest_->ForgetAsked();
     NodeOptions options;
     options.service = "retrieval";
     options.session_dir = session_.paths.root.string();
@@ -166,7 +143,7 @@ class Retrieval : public testing::Test {
     EXPECT_EQ(ingest_->candidates().at(21).other_ids, expected);
   }
 
-  bool IsRebuilt() const { return ingest_->lowest_served() == 1; }
+  bool IsRebuilt() const { return ingest_->lowest_asked() == 1; }
   std::filesystem::path Path() const { return session_.paths.Retrieval() / "hnsw.bin"; }
   Bytes Checkpoint() const { return *ReadFile(Path()); }
   void Write(const Bytes& bytes) { ASSERT_TRUE(WriteFileAtomic(Path(), bytes).ok()); }
@@ -211,7 +188,7 @@ TEST_F(Retrieval, StaleCheckpointIsBroughtUpToDateFromTheLedger) {
   RunOnce();
   Write(stale.Encode(session_.session_id));
   RestartAndAddPhoto();
-  EXPECT_EQ(ingest_->lowest_served(), 6);
+  EXPECT_EQ(ingest_->lowest_asked(), 6);
 }
 
 TEST_F(Retrieval, CheckpointAheadOfTheLedgerIsRebuilt) {

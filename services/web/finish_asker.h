@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <string>
 
 #include "core/result.h"
 #include "node/node.h"

@@ -1,7 +1,6 @@
 // All types of lcmtypes/, as a tuple.
 #pragma once
 
-#include <tuple>
 #include <utility>
 
 #include "skein/all_types.h"

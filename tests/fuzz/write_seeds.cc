@@ -1,9 +1,7 @@
 // write_seeds DIR: DIR/TARGET/... for each fuzz target, what it begins with: small valid encodings.
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
-#include <memory>
 #include <opencv2/core.hpp>
 #include <string>
 #include <utility>

@@ -5,7 +5,6 @@
 #include <exception>
 #include <stdexcept>
 #include <type_traits>
-#include <utility>
 
 #include "core/result.h"
 

@@ -1,7 +1,6 @@
 #include "surface/mesh_files.h"
 
 #include <cmath>
-#include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <stdexcept>

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cstring>
 #include <opencv2/imgproc.hpp>
 
 #include "codecs/exif_reader.h"

@@ -1,6 +1,5 @@
 #include "codecs/decode_check.h"
 
-#include <cstdio>
 // jpeglib.h needs FILE and size_t.
 #include <jerror.h>
 #include <jpeglib.h>

@@ -9,7 +9,6 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdio>
-#include <ctime>
 #include <exception>
 #include <fstream>
 #include <opencv2/imgcodecs.hpp>

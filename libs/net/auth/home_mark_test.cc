@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <string>
 
-#include "auth/revocations.h"
 #include "auth/session_keys.h"
 #include "auth/web_pass.h"
 

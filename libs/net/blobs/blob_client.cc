@@ -1,7 +1,6 @@
 #include "blobs/blob_client.h"
 
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
 #include "core/attempt.h"

@@ -1,7 +1,6 @@
 // A fact of any kind, and what holds for all kinds.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <variant>
 #include <vector>

@@ -4,7 +4,6 @@
 // seq: uint8 kind (index in Fact), uint32 size, the fact as LCM encodes it.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "core/bytes.h"

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "blobs/blob_store.h"
 #include "core/file.h"
 #include "core/folder.h"
 #include "testing/test_folder.h"

@@ -6,8 +6,6 @@
 #include <deque>
 #include <functional>
 #include <optional>
-#include <string>
-#include <utility>
 
 #include "core/bytes.h"
 #include "ledger/facts.h"

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <utility>
 
 #include "config/program_options.h"
 #include "core/version.h"
@@ -23,6 +22,19 @@ std::optional<int> ParseServiceOptions(const char* description, int argc, char**
   program.add_options = [options](CLI::App& app) { AddOptions(app, options); };
   program.check = [options] { return options->Check(); };
   return ParseProgramOptions(program, argc, argv, &node->configuration);
+}
+
+// The main function of a service that is made of a node and its options alone.
+template <class Service, class Options>
+int RunServiceWithOptions(NodeOptions node_options, const char* description, int argc,
+                          char** argv) {
+  Options options;
+  const auto code = ParseServiceOptions(description, argc, argv, &node_options, &options);
+  if (code) return *code;
+  return RunService(node_options, [&](Node& node) {
+    Service service(node, options);
+    node.Run();
+  });
 }
 
 }  // namespace skein

@@ -8,7 +8,6 @@
 #include <set>
 #include <string>
 #include <utility>
-#include <vector>
 
 #include "auth/message_seal.h"
 #include "core/attempt.h"

@@ -5,7 +5,6 @@
 //   "LC02", sequence number (uint32, big endian), channel's name, 0, message
 #pragma once
 
-#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <mutex>
@@ -13,7 +12,6 @@
 #include <set>
 #include <string>
 #include <thread>
-#include <utility>
 
 #include "event_loop/alive.h"
 #include "transport/link.h"

@@ -1,7 +1,5 @@
 #include "bundle/implicit_system.h"
 
-#include <cmath>
-
 namespace skein {
 namespace {
 

@@ -11,7 +11,6 @@
 #include "core/statistics.h"
 #include "core/threads.h"
 #include "disambiguation/photo_groups.h"
-#include "sfm/pose.h"
 
 namespace skein {
 namespace {

@@ -14,7 +14,6 @@
 #include "core/result.h"
 #include "core/statistics.h"
 #include "geometry/georeference_refusal.h"
-#include "sfm/pose.h"
 
 namespace skein {
 namespace {

@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <set>
 

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
-
 #include "geometry/sim3_score.h"
 #include "testing/synthetic_scene.h"
 #include "testing/test_random.h"

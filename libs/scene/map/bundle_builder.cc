@@ -7,6 +7,7 @@
 #include "map/bundle_assembly.h"
 #include "map/image_pose.h"
 #include "map/map_access.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -75,8 +76,7 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
   BundleRequest request;
   request.free = map.reconstruction().RegImageIds();
-  for (const auto& [id, point] : map.reconstruction().Points3D()) request.points.push_back(id);
-  std::sort(request.points.begin(), request.points.end());
+  request.points = AscendingPoints(map.reconstruction());
   request.refine_cameras = refine_cameras;
   return BuildBundle(map, request);
 }

@@ -7,6 +7,7 @@
 #include "core/angles.h"
 #include "core/statistics.h"
 #include "map/map_access.h"
+#include "sfm/model_io.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"
 
@@ -95,10 +96,7 @@ double SumOfSquaredErrors(const Reconstruction& reconstruction, const Point3D& p
 }  // namespace
 
 std::vector<Point3DId> AllPoints(const SceneMap& map) {
-  std::vector<Point3DId> ids;
-  for (const auto& [id, point] : map.reconstruction().Points3D()) ids.push_back(id);
-  std::sort(ids.begin(), ids.end());
-  return ids;
+  return AscendingPoints(map.reconstruction());
 }
 
 bool HasTriangulationAngle(const Reconstruction& reconstruction, const Point3D& point,

@@ -12,6 +12,7 @@
 
 #include "core/threads.h"
 #include "map/map_access.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -82,10 +83,7 @@ class Part {
   void Triangulate(ImageId id) { Triangulator(&graph_, &model_).TriangulateImage(id); }
 
   void CopyPointsTo(Reconstruction* model) const {
-    const auto ids = model_.Point3DIds();
-    std::vector<Point3DId> ascending(ids.begin(), ids.end());
-    std::sort(ascending.begin(), ascending.end());
-    for (const Point3DId id : ascending) {
+    for (const Point3DId id : AscendingPoints(model_)) {
       const Point3D& point = model_.Point3D(id);
       Track track;
       for (const TrackElement& element : point.Track().Elements()) {

@@ -1,12 +1,9 @@
 #include "map/retriangulation.h"
 
-#include <algorithm>
-
 #include "core/angles.h"
 #include "core/limits.h"
 #include "map/map_access.h"
 #include "sfm/ids.h"
-#include "sfm/random.h"
 #include "sfm/reprojection.h"
 #include "sfm/triangulation.h"
 

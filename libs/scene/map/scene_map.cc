@@ -10,6 +10,7 @@
 
 #include "map/image_pose.h"
 #include "sfm/camera.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -33,10 +34,7 @@ Eigen::Matrix3Xd Columns(const std::vector<Eigen::Vector3d>& points) {
 
 // With new ids, in the order of the old ones.
 void AddPoints(const Reconstruction& from, Reconstruction* to) {
-  std::vector<Point3DId> points;
-  for (const auto& [id, point] : from.Points3D()) points.push_back(id);
-  std::sort(points.begin(), points.end());
-  for (const Point3DId id : points) {
+  for (const Point3DId id : AscendingPoints(from)) {
     const Point3D& point = from.Point3D(id);
     const Point3DId added = to->AddPoint3D(point.XYZ(), point.Track(), point.Color());
     to->Point3D(added).SetError(point.Error());

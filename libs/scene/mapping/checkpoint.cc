@@ -1,8 +1,5 @@
 #include "mapping/checkpoint.h"
 
-#include <algorithm>
-#include <cmath>
-
 #include "core/bytes.h"
 #include "sfm/model_io.h"
 

@@ -7,7 +7,6 @@
 #include "mapping/misplaced.h"
 #include "mapping/registration.h"
 #include "sfm/pose.h"
-#include "sfm/reprojection.h"
 
 namespace skein {
 namespace {

@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
 #include "mapping/rebuild.h"

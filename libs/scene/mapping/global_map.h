@@ -5,7 +5,6 @@
 
 #include "map/scene_map.h"
 #include "mapping/submap_options.h"
-#include "sfm/reconstruction.h"
 
 namespace skein {
 

@@ -15,7 +15,6 @@
 #include "sfm/pose.h"
 #include "sfm/projection.h"
 #include "sfm/random.h"
-#include "sfm/reprojection.h"
 #include "sfm/two_view_geometry.h"
 
 namespace skein {

@@ -6,7 +6,6 @@
 
 #include "map/filters.h"
 #include "map/image_pose.h"
-#include "sfm/pose.h"
 #include "sfm/projection.h"
 #include "testing/submap_rig.h"
 #include "testing/synthetic_scene.h"

@@ -3,7 +3,6 @@
 #include <map>
 #include <optional>
 #include <set>
-#include <vector>
 
 #include "map/scene_map.h"
 #include "mapping/registration.h"

@@ -4,7 +4,6 @@
 
 #include <random>
 
-#include "sfm/pose.h"
 #include "testing/synthetic_submaps.h"
 
 namespace skein::absorb_test {

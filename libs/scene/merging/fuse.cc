@@ -5,7 +5,7 @@
 
 #include "geometry/sim3_score.h"
 #include "map/image_pose.h"
-#include "sfm/pose.h"
+#include "sfm/model_io.h"
 #include "sfm/reprojection.h"
 
 namespace skein {
@@ -149,30 +149,15 @@ class Fuser {
       if (!merged_.ExistsCamera(image.CameraId())) {
         merged_.AddCamera(source_.Camera(image.CameraId()));
       }
-      if (!merged_.ExistsImage(id)) merged_.AddImage(WithoutStructure(image));
+      if (!merged_.ExistsImage(id)) merged_.AddImage(WithoutPoints(image));
       merged_.Image(id).SetCameraId(image.CameraId());
       SetPose(TransformPose(target_from_source_, PoseOf(image)), &merged_.Image(id));
       merged_.RegisterImage(id);
     }
   }
 
-  static Image WithoutStructure(const Image& image) {
-    Image bare;
-    bare.SetImageId(image.ImageId());
-    bare.SetName(image.Name());
-    bare.SetCameraId(image.CameraId());
-    std::vector<Eigen::Vector2d> pixels;
-    pixels.reserve(image.NumPoints2D());
-    for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
-    bare.SetPoints2D(pixels);
-    return bare;
-  }
-
   void FusePoints() {
-    const std::unordered_set<Point3DId> ids = source_.Point3DIds();
-    for (const Point3DId id : std::set<Point3DId>(ids.begin(), ids.end())) {
-      FusePoint(source_.Point3D(id));
-    }
+    for (const Point3DId id : AscendingPoints(source_)) FusePoint(source_.Point3D(id));
   }
 
   void FusePoint(const Point3D& point) {

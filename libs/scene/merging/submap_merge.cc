@@ -1,13 +1,10 @@
 #include "merging/submap_merge.h"
 
 #include <algorithm>
-#include <set>
-#include <utility>
 
 #include "core/clock.h"
 #include "core/log.h"
 #include "disambiguation/similar_structures.h"
-#include "map/image_pose.h"
 #include "merging/fuse.h"
 #include "sfm/model_io.h"
 

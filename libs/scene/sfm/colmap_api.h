@@ -185,17 +185,6 @@ inline colmap::TwoViewGeometry Estimate(const colmap::Camera& camera1,
   return geometry;
 }
 
-inline colmap::TwoViewGeometry EstimateMultiple(const colmap::Camera& camera1,
-                                                const std::vector<Eigen::Vector2d>& points1,
-                                                const colmap::Camera& camera2,
-                                                const std::vector<Eigen::Vector2d>& points2,
-                                                const colmap::FeatureMatches& matches,
-                                                const TwoViewOptions& options) {
-  colmap::TwoViewGeometry geometry;
-  geometry.EstimateMultiple(camera1, points1, camera2, points2, matches, options);
-  return geometry;
-}
-
 inline bool DetectWatermark(const colmap::Camera& camera1,
                             const std::vector<Eigen::Vector2d>& points1,
                             const colmap::Camera& camera2,
@@ -333,16 +322,6 @@ inline colmap::TwoViewGeometry Estimate(const colmap::Camera& camera1,
                                         const std::vector<Eigen::Vector2d>& points2,
                                         const colmap::FeatureMatches& matches,
                                         const TwoViewOptions& options) {
-  return colmap::EstimateTwoViewGeometry(camera1, points1, camera2, points2, matches, options);
-}
-
-inline colmap::TwoViewGeometry EstimateMultiple(const colmap::Camera& camera1,
-                                                const std::vector<Eigen::Vector2d>& points1,
-                                                const colmap::Camera& camera2,
-                                                const std::vector<Eigen::Vector2d>& points2,
-                                                const colmap::FeatureMatches& matches,
-                                                TwoViewOptions options) {
-  options.multiple_models = true;
   return colmap::EstimateTwoViewGeometry(camera1, points1, camera2, points2, matches, options);
 }
 

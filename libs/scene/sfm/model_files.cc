@@ -1,7 +1,6 @@
 #include "sfm/model_files.h"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -126,18 +125,16 @@ class TextReader {
     CameraId id = 0;
     std::string name;
     size_t width = 0, height = 0;
-    if (!(in >> id >> name >> width >> height) || !ExistsCameraModel(name) ||
-        !IsCameraSide(width) || !IsCameraSide(height) || model_.ExistsCamera(id)) {
-      return false;
-    }
+    if (!(in >> id >> name >> width >> height) || !ExistsCameraModel(name)) return false;
     Camera camera;
     camera.SetCameraId(id);
     camera.SetModelIdFromName(name);
     camera.SetWidth(width);
     camera.SetHeight(height);
     for (double& param : camera.Params()) {
-      if (!(in >> param) || !std::isfinite(param)) return false;
+      if (!(in >> param)) return false;
     }
+    if (!CanBeAdded(model_, camera)) return false;
     model_.AddCamera(std::move(camera));
     return true;
   }
@@ -150,18 +147,18 @@ class TextReader {
     CameraId camera_id = 0;
     std::string name;
     if (!(in >> id >> qvec[0] >> qvec[1] >> qvec[2] >> qvec[3] >> tvec[0] >> tvec[1] >> tvec[2] >>
-          camera_id >> name) ||
-        !IsImageName(name) || !(qvec.norm() > 1e-6) || model_.ExistsImage(id) ||
-        !model_.ExistsCamera(camera_id)) {
+          camera_id >> name)) {
       return false;
     }
     Image image;
     image.SetImageId(id);
     image.SetCameraId(camera_id);
     image.SetName(name);
-    image.SetQvec(NormalizeQuaternion(qvec));
+    image.SetQvec(qvec);
     image.SetTvec(tvec);
     image.SetPoints2D(Pixels(keypoints));
+    if (!CanBeAdded(model_, image)) return false;
+    image.SetQvec(NormalizeQuaternion(qvec));
     model_.AddImage(std::move(image));
     model_.RegisterImage(id);
     return true;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <string>
 #include <utility>
@@ -76,46 +75,29 @@ Bytes EncodePoints(const Reconstruction& reconstruction) {
 // Readers return false on damage.
 class Decoder {
  public:
-  bool Cameras(const Bytes& bytes) {
-    ByteReader reader(bytes);
-    uint64_t count = 0;
-    if (!reader.Get(&count)) return false;
-    for (uint64_t i = 0; i < count; ++i) {
-      if (!Camera(&reader)) return false;
-    }
-    return reader.remaining() == 0;
-  }
-
-  bool Images(const Bytes& bytes) {
-    ByteReader reader(bytes);
-    uint64_t count = 0;
-    if (!reader.Get(&count)) return false;
-    for (uint64_t i = 0; i < count; ++i) {
-      if (!Image(&reader)) return false;
-    }
-    return reader.remaining() == 0;
-  }
-
-  bool Points(const Bytes& bytes) {
-    ByteReader reader(bytes);
-    uint64_t count = 0;
-    if (!reader.Get(&count)) return false;
-    for (uint64_t i = 0; i < count; ++i) {
-      if (!Point(&reader)) return false;
-    }
-    return reader.remaining() == 0;
-  }
-
-  Reconstruction Take() { return std::move(reconstruction_); }
+  bool Cameras(const Bytes& bytes) { return ReadAll(bytes, &Decoder::Camera); }
+  bool Images(const Bytes& bytes) { return ReadAll(bytes, &Decoder::Image); }
+  bool Points(const Bytes& bytes) { return ReadAll(bytes, &Decoder::Point); }
+  Reconstruction Take() { return std::move(model_); }
 
  private:
+  // A count, then so many of these.
+  bool ReadAll(const Bytes& bytes, bool (Decoder::*read)(ByteReader* reader)) {
+    ByteReader reader(bytes);
+    uint64_t count = 0;
+    if (!reader.Get(&count)) return false;
+    for (; count > 0; --count) {
+      if (!(this->*read)(&reader)) return false;
+    }
+    return reader.remaining() == 0;
+  }
+
   bool Camera(ByteReader* reader) {
     uint32_t id = 0;
     int32_t model = 0;
     uint64_t width = 0, height = 0;
     if (!reader->Get(&id) || !reader->Get(&model) || !reader->Get(&width) ||
-        !reader->Get(&height) || id == kInvalidCameraId || !ExistsCameraModel(model) ||
-        !IsCameraSide(width) || !IsCameraSide(height) || reconstruction_.ExistsCamera(id)) {
+        !reader->Get(&height) || !ExistsCameraModel(model)) {
       return false;
     }
     skein::Camera camera;
@@ -124,9 +106,10 @@ class Decoder {
     camera.SetWidth(width);
     camera.SetHeight(height);
     for (double& param : camera.Params()) {
-      if (!reader->Get(&param) || !std::isfinite(param)) return false;
+      if (!reader->Get(&param)) return false;
     }
-    reconstruction_.AddCamera(camera);
+    if (!CanBeAdded(model_, camera)) return false;
+    model_.AddCamera(camera);
     return true;
   }
 
@@ -134,25 +117,24 @@ class Decoder {
     uint32_t id = 0, camera_id = 0;
     Eigen::Vector4d qvec;
     Eigen::Vector3d tvec;
+    std::string name;
+    std::vector<Eigen::Vector2d> points;
     if (!reader->Get(&id) || !reader->GetRaw(qvec.data(), sizeof(double) * 4) ||
         !reader->GetRaw(tvec.data(), sizeof(double) * 3) || !reader->Get(&camera_id) ||
-        id == kInvalidImageId || reconstruction_.ExistsImage(id) ||
-        !reconstruction_.ExistsCamera(camera_id) || !qvec.allFinite() || !tvec.allFinite() ||
-        qvec.norm() < 1e-6) {
+        !Name(reader, &name) || !Points2D(reader, &points)) {
       return false;
     }
     skein::Image image;
     image.SetImageId(id);
     image.SetCameraId(camera_id);
-    image.SetQvec(NormalizeQuaternion(qvec));
+    image.SetQvec(qvec);
     image.SetTvec(tvec);
-    std::string name;
-    std::vector<Eigen::Vector2d> points;
-    if (!Name(reader, &name) || !IsImageName(name) || !Points2D(reader, &points)) return false;
     image.SetName(name);
     image.SetPoints2D(points);
-    reconstruction_.AddImage(std::move(image));
-    reconstruction_.RegisterImage(id);
+    if (!CanBeAdded(model_, image)) return false;
+    image.SetQvec(NormalizeQuaternion(qvec));
+    model_.AddImage(std::move(image));
+    model_.RegisterImage(id);
     return true;
   }
 
@@ -192,29 +174,14 @@ class Decoder {
       reader->Get(&element.point2D_idx);
       track.AddElement(element);
     }
-    if (!CanBeAdded(reconstruction_, track)) return false;
-    const Point3DId added = reconstruction_.AddPoint3D(xyz, std::move(track), color);
-    reconstruction_.Point3D(added).SetError(error);
+    if (!CanBeAdded(model_, track)) return false;
+    const Point3DId added = model_.AddPoint3D(xyz, std::move(track), color);
+    model_.Point3D(added).SetError(error);
     return true;
   }
 
-  Reconstruction reconstruction_;
+  Reconstruction model_;
 };
-
-// Id, camera, name, pose and keypoints.
-Image WithoutPoints(const Image& image) {
-  Image bare;
-  bare.SetImageId(image.ImageId());
-  bare.SetCameraId(image.CameraId());
-  bare.SetName(image.Name());
-  bare.SetQvec(NormalizeQuaternion(image.Qvec()));
-  bare.SetTvec(image.Tvec());
-  std::vector<Eigen::Vector2d> pixels;
-  pixels.reserve(image.NumPoints2D());
-  for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
-  bare.SetPoints2D(pixels);
-  return bare;
-}
 
 // done(name): the file is needed no more.
 template <class Done>
@@ -247,6 +214,19 @@ std::vector<Point3DId> AscendingPoints(const Reconstruction& reconstruction) {
   for (const auto& [id, point] : reconstruction.Points3D()) ids.push_back(id);
   std::sort(ids.begin(), ids.end());
   return ids;
+}
+
+bool CanBeAdded(const Reconstruction& reconstruction, const Camera& camera) {
+  return camera.CameraId() != kInvalidCameraId && !reconstruction.ExistsCamera(camera.CameraId()) &&
+         IsCameraSide(camera.Width()) && IsCameraSide(camera.Height()) &&
+         std::all_of(camera.Params().begin(), camera.Params().end(),
+                     [](double param) { return std::isfinite(param); });
+}
+
+bool CanBeAdded(const Reconstruction& reconstruction, const Image& image) {
+  return image.ImageId() != kInvalidImageId && !reconstruction.ExistsImage(image.ImageId()) &&
+         reconstruction.ExistsCamera(image.CameraId()) && IsImageName(image.Name()) &&
+         image.Qvec().allFinite() && image.Tvec().allFinite() && image.Qvec().norm() >= 1e-6;
 }
 
 bool CanBeAdded(const Reconstruction& reconstruction, const Track& track) {
@@ -289,6 +269,20 @@ Result<Reconstruction> DecodeModel(const ModelArchive& archive) {
 
 Result<Reconstruction> DecodeModel(ModelArchive&& archive) {
   return DecodeParts(archive, [&](const char* name) { archive.at(name) = Bytes(); });
+}
+
+Image WithoutPoints(const Image& image) {
+  Image bare;
+  bare.SetImageId(image.ImageId());
+  bare.SetCameraId(image.CameraId());
+  bare.SetName(image.Name());
+  bare.SetQvec(NormalizeQuaternion(image.Qvec()));
+  bare.SetTvec(image.Tvec());
+  std::vector<Eigen::Vector2d> pixels;
+  pixels.reserve(image.NumPoints2D());
+  for (const Point2D& point2D : image.Points2D()) pixels.push_back(point2D.XY());
+  bare.SetPoints2D(pixels);
+  return bare;
 }
 
 Reconstruction CopyRegistered(const Reconstruction& reconstruction) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/result.h"
 #include "formats/formats.h"
@@ -21,6 +22,10 @@ Result<Reconstruction> DecodeModel(ModelArchive&& archive);
 // Ids of the cameras that registered images use, and of all points; ascending.
 std::vector<CameraId> UsedCameras(const Reconstruction& reconstruction);
 std::vector<Point3DId> AscendingPoints(const Reconstruction& reconstruction);
+// Whether its id is new, and its sides and parameters can be a camera's.
+bool CanBeAdded(const Reconstruction& reconstruction, const Camera& camera);
+// Whether its id is new, its camera is there, it has a pose, and its name is one (IsImageName).
+bool CanBeAdded(const Reconstruction& reconstruction, const Image& image);
 // Whether the track's elements are keypoints of the model that observe no point, none of them
 // twice. O(n log n) for n elements: files of others may hold a track of millions.
 bool CanBeAdded(const Reconstruction& reconstruction, const Track& track);
@@ -28,6 +33,9 @@ bool CanBeAdded(const Reconstruction& reconstruction, const Track& track);
 // path, no empty part, "." or "..". Exports hand names on to programs that read and
 // write by them.
 bool IsImageName(const std::string& name);
+
+// Id, camera, name, pose and keypoints. The copy is not registered.
+Image WithoutPoints(const Image& image);
 
 // Same result as encoding and decoding, without either: the registered images and their cameras;
 // the points get new ids, in the order of the old ones.

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-
 namespace skein {
 
 // Seeds the random numbers of the calling thread, from which every RANSAC of this library draws.

@@ -46,8 +46,6 @@ using Fundamental8 = colmap::FundamentalMatrixEightPointEstimator;
 using Homography = colmap::HomographyMatrixEstimator;
 
 template <typename Estimator, typename LocalEstimator>
-using Uniform = colmap::LORANSAC<Estimator, LocalEstimator>;
-template <typename Estimator, typename LocalEstimator>
 using SurestFirst =
     colmap::LORANSAC<Estimator, LocalEstimator, colmap::InlierSupportMeasurer, SurestFirstSampler>;
 
@@ -114,23 +112,19 @@ RobustModel SearchEssential(const RansacLimits& limits, Sampling sampling, const
                             const Points2& points2) {
   using FivePoint = colmap_api::ForRansac<FivePointEstimator>;
   return sampling == Sampling::kUniform
-             ? Search<Uniform<Essential, Essential>>(limits, points1, points2)
+             ? Search<colmap::LORANSAC<Essential, Essential>>(limits, points1, points2)
              : Search<SurestFirst<FivePoint, Essential>>(limits, points1, points2);
 }
 
-RobustModel SearchFundamental(const RansacLimits& limits, Sampling sampling, const Points2& points1,
+RobustModel SearchFundamental(const RansacLimits& limits, const Points2& points1,
                               const Points2& points2) {
-  return sampling == Sampling::kUniform
-             ? Search<Uniform<Fundamental7, Fundamental8>>(limits, points1, points2)
-             : Search<SurestFirst<Fundamental7, Fundamental8>>(limits, points1, points2);
+  return Search<SurestFirst<Fundamental7, Fundamental8>>(limits, points1, points2);
 }
 
-RobustModel SearchHomography(const RansacLimits& limits, Sampling sampling, const Points2& points1,
+RobustModel SearchHomography(const RansacLimits& limits, const Points2& points1,
                              const Points2& points2) {
   using FourPoint = colmap_api::ForRansac<FourPointEstimator>;
-  return sampling == Sampling::kUniform
-             ? Search<Uniform<Homography, Homography>>(limits, points1, points2)
-             : Search<SurestFirst<FourPoint, Homography>>(limits, points1, points2);
+  return Search<SurestFirst<FourPoint, Homography>>(limits, points1, points2);
 }
 
 RobustModel RefineFundamental(const Eigen::Matrix3d& start, const Points2& points1,

@@ -18,9 +18,9 @@ struct RobustModel {
   std::vector<char> inlier_mask;
 };
 
-// Matches from which a search draws its samples.
+// Matches from which a search of E draws its samples; those of F and H draw from the surest.
 enum class Sampling {
-  kUniform,      // all: COLMAP's searches, to the bit
+  kUniform,      // all: COLMAP's search, to the bit
   kSurestFirst,  // the first, surest ones, and more with each draw (PROSAC; Chum and Matas 2005)
 };
 
@@ -31,9 +31,9 @@ using Points2 = std::vector<Eigen::Vector2d>;
 // thread's random numbers.
 RobustModel SearchEssential(const RansacLimits& limits, Sampling sampling, const Points2& points1,
                             const Points2& points2);
-RobustModel SearchFundamental(const RansacLimits& limits, Sampling sampling, const Points2& points1,
+RobustModel SearchFundamental(const RansacLimits& limits, const Points2& points1,
                               const Points2& points2);
-RobustModel SearchHomography(const RansacLimits& limits, Sampling sampling, const Points2& points1,
+RobustModel SearchHomography(const RansacLimits& limits, const Points2& points1,
                              const Points2& points2);
 
 // Local optimisation as in LO-RANSAC: a fit to the inliers as long as it lowers the truncated sum

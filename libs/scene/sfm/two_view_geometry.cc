@@ -16,11 +16,6 @@ colmap_api::TwoViewOptions ColmapOptions(const RansacLimits& limits) {
   return options;
 }
 
-colmap_api::TwoViewOptions WithPose(colmap_api::TwoViewOptions options) {
-  options.compute_relative_pose = true;
-  return options;
-}
-
 // One of colmap_api's estimations.
 template <class Estimation>
 TwoViewGeometry Run(Estimation estimation, const ImagePair& pair, const FeatureMatches& matches,
@@ -102,12 +97,9 @@ TwoViewGeometry EstimateCalibrated(const ImagePair& pair, const FeatureMatches& 
 
 TwoViewGeometry EstimateByColmap(const ImagePair& pair, const FeatureMatches& matches,
                                  const RansacLimits& limits) {
-  return Run(colmap_api::Estimate, pair, matches, WithPose(ColmapOptions(limits)));
-}
-
-TwoViewGeometry EstimateMultiple(const ImagePair& pair, const FeatureMatches& matches,
-                                 const RansacLimits& limits) {
-  return Run(colmap_api::EstimateMultiple, pair, matches, WithPose(ColmapOptions(limits)));
+  colmap_api::TwoViewOptions options = ColmapOptions(limits);
+  options.compute_relative_pose = true;
+  return Run(colmap_api::Estimate, pair, matches, options);
 }
 
 bool IsWatermark(const ImagePair& pair, size_t num_inliers, const std::vector<char>& inlier_mask,

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstdint>
 #include <vector>
 
 #include "sfm/camera.h"
@@ -63,11 +62,6 @@ TwoViewGeometry EstimateCalibrated(const ImagePair& pair, const FeatureMatches& 
 // COLMAP's whole decision on a pair: by E if both focal lengths are known, else by F; with a pose.
 // Uses the thread's random numbers.
 TwoViewGeometry EstimateByColmap(const ImagePair& pair, const FeatureMatches& matches,
-                                 const RansacLimits& limits);
-
-// COLMAP's estimation of several geometries, one after the other, until too few matches are left;
-// with a pose if there is one geometry.
-TwoViewGeometry EstimateMultiple(const ImagePair& pair, const FeatureMatches& matches,
                                  const RansacLimits& limits);
 
 // Whether most inliers lie at the border and are shifted alike. `points1[i]` and `points2[i]`

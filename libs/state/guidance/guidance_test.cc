@@ -322,7 +322,8 @@ TEST(Guidance, TheSkyBetweenTowersIsNoHoleHoweverAPhotoIsHeld) {
       pose.translation = -(pose.rotation * centre);
       site.Photograph(pose);
     }
-    EXPECT_EQ(ShareOfHoles(site.Map()), 0) << "rolled by " << roll_deg << " degrees";
+    EXPECT_EQ(Assess(site.Map()).completeness.hole_share, 0)
+        << "rolled by " << roll_deg << " degrees";
   }
 }
 

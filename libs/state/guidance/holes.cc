@@ -104,8 +104,4 @@ double Holes::Update(const GuidedMap& map, const std::vector<bool>& changed) {
   return static_cast<double>(holes) / std::max(1, known + holes);
 }
 
-double ShareOfHoles(const GuidedMap& map) {
-  return Holes().Update(map, std::vector<bool>(map.photos.size(), true));
-}
-
 }  // namespace skein

@@ -8,13 +8,10 @@
 
 namespace skein {
 
-// Share of holes in what the photos show, in squares a tenth of a photo wide. A square without a
-// point of its own photo is a hole if the photo has points above it and on two of its other sides:
-// neither the sky nor a background without points is a hole. Points that other photos observe do
-// not fill it, as they may lie behind bare paint. 0 without points. Costs the observations.
-double ShareOfHoles(const GuidedMap& map);
-
-// The same of a map that changes.
+// Share of holes in what the photos of a map that changes show, in squares a tenth of a photo wide.
+// A square without a point of its own photo is a hole if the photo has points above it and on two
+// of its other sides: neither the sky nor a background without points is a hole. Points that other
+// photos observe do not fill it, as they may lie behind bare paint. 0 without points.
 class Holes {
  public:
   // changed: by photo, whether it is new or has moved, or observes other points. Costs the

@@ -4,6 +4,8 @@
 #include <map>
 #include <vector>
 
+#include "sfm/model_io.h"
+
 namespace skein {
 namespace {
 
@@ -55,9 +57,7 @@ GuidedPoint PointOf(const Point3D& point, const std::map<ImageId, uint32_t>& ind
 GuidedMap MapOfModel(const Reconstruction& model, size_t max_points) {
   GuidedMap map;
   const std::map<ImageId, uint32_t> index_of = AddPhotos(model, &map);
-  std::vector<Point3DId> ids;
-  for (const auto& [id, point] : model.Points3D()) ids.push_back(id);
-  std::sort(ids.begin(), ids.end());
+  const std::vector<Point3DId> ids = AscendingPoints(model);
   const size_t step = (ids.size() + max_points - 1) / max_points;
   for (size_t i = 0; i < ids.size(); i += step) {
     map.points.push_back(PointOf(model.Point3D(ids[i]), index_of));

@@ -1,8 +1,6 @@
 #include "session/photo_homes.h"
 
 #include <algorithm>
-#include <utility>
-#include <vector>
 
 namespace skein {
 namespace {

@@ -8,25 +8,17 @@
 #include "ledger/fact_ids.h"
 #include "session/report.h"
 #include "session/troubles.h"
+#include "testing/test_ledger.h"
 
 namespace skein::session_tally_test {
 
-// A ledger and the tally that follows it.
-class TallyTest : public testing::Test {
+class TallyTest : public testing::Test, protected TestLedger {
  protected:
-  template <class T>
-  void Commit(T fact) {
-    fact.header.seq = session_.state.head() + 1;
-    if (fact.header.utime_us == 0) fact.header.utime_us = fact.header.seq * 1'000'000;
-    if (fact.header.fact_id.empty()) fact.header.fact_id = std::to_string(fact.header.seq);
-    session_.Apply(Fact(fact));
-    tally_.Apply(Fact(fact), session_.state);
-  }
   void Photo(int64_t id) {
     image_t image{};
     image.image_id = id;
     image.size_bytes = 1000;
-    image.received_utime_us = (session_.state.head() + 1) * 1'000'000 - 200'000;
+    image.received_utime_us = (head() + 1) * 1'000'000 - 200'000;
     Commit(image);
   }
   void Features(int64_t id) {
@@ -51,26 +43,6 @@ class TallyTest : public testing::Test {
     Candidates(id);
     Matches(id);
   }
-  void Register(int64_t submap_id, int64_t id, int8_t state = registration_t::REGISTERED) {
-    registration_t registration{};
-    registration.submap_id = submap_id;
-    registration.image_id = id;
-    registration.state = state;
-    Commit(registration);
-  }
-  void End(int64_t submap_id) {
-    submap_end_t end{};
-    end.submap_id = submap_id;
-    Commit(end);
-  }
-  void Merge(int8_t state, int64_t source_id, int64_t target_id) {
-    merge_t merge{};
-    merge.state = state;
-    merge.merge_id = 77;
-    merge.source_id = source_id;
-    merge.target_id = target_id;
-    Commit(merge);
-  }
   void Park(int64_t id) {
     failure_t failure{};
     failure.image_id = id;
@@ -78,14 +50,14 @@ class TallyTest : public testing::Test {
     failure.parked = 1;
     Commit(failure);
   }
-  int64_t NumIn(PhotoPhase phase) const { return tally_.NumIn(phase); }
+  int64_t NumIn(PhotoPhase phase) const { return tally().NumIn(phase); }
 
   // The counts of report.json and of the backlog, which look at every photo.
   void ExpectCountsOfAllPhotos() const {
-    const PhotoCounts counts = CountPhotos(session_, 0);
-    const StageBacklog backlog = BacklogOf(session_.state);
+    const PhotoCounts counts = CountPhotos(session(), 0);
+    const StageBacklog backlog = BacklogOf(state());
     EXPECT_EQ(NumIn(PhotoPhase::kRegistered), counts.registered);
-    EXPECT_EQ(NumIn(PhotoPhase::kFailed) + session_.history.num_refused(), counts.failed);
+    EXPECT_EQ(NumIn(PhotoPhase::kFailed) + session().history.num_refused(), counts.failed);
     EXPECT_EQ(NumIn(PhotoPhase::kFeatures), backlog.features);
     EXPECT_EQ(NumIn(PhotoPhase::kRetrieval), backlog.retrieval);
     EXPECT_EQ(NumIn(PhotoPhase::kMatching), backlog.matching);
@@ -93,16 +65,13 @@ class TallyTest : public testing::Test {
                   NumIn(PhotoPhase::kUnplaced),
               counts.deferred);
     int64_t num_latencies = 0;
-    for (const int64_t photos : tally_.latency().photos) num_latencies += photos;
-    const std::vector<double> seconds = PhotoToPoseSeconds(session_);
+    for (const int64_t photos : tally().latency().photos) num_latencies += photos;
+    const std::vector<double> seconds = PhotoToPoseSeconds(session());
     EXPECT_EQ(num_latencies, static_cast<int64_t>(seconds.size()));
     double sum_s = 0;
     for (const double s : seconds) sum_s += s;
-    EXPECT_NEAR(tally_.latency().sum_s, sum_s, 1e-6 * std::max(1.0, sum_s));
+    EXPECT_NEAR(tally().latency().sum_s, sum_s, 1e-6 * std::max(1.0, sum_s));
   }
-
-  SessionRecord session_;
-  SessionTally tally_;
 };
 
 TEST_F(TallyTest, APhotoWaitsForOneStageAfterTheOther) {
@@ -126,7 +95,7 @@ TEST_F(TallyTest, APhotoWaitsForOneStageAfterTheOther) {
   expect_only(PhotoPhase::kRegistered);
   Register(5, 1, registration_t::WITHDRAWN);
   expect_only(PhotoPhase::kUnplaced);
-  EXPECT_EQ(tally_.photo_bytes(), 1000);
+  EXPECT_EQ(tally().photo_bytes(), 1000);
 }
 
 TEST_F(TallyTest, APhotoWithoutPairsWaitsForNoMapper) {
@@ -138,15 +107,15 @@ TEST_F(TallyTest, APhotoWithoutPairsWaitsForNoMapper) {
 }
 
 TEST_F(TallyTest, TheOldestIsTheOneThatCameToTheStageFirst) {
-  EXPECT_FALSE(tally_.OldestUtimeUs(PhotoPhase::kFeatures).has_value());
+  EXPECT_FALSE(tally().OldestUtimeUs(PhotoPhase::kFeatures).has_value());
   Photo(1);  // at 1 s
   Photo(2);  // at 2 s
-  EXPECT_EQ(tally_.OldestUtimeUs(PhotoPhase::kFeatures), 1'000'000);
+  EXPECT_EQ(tally().OldestUtimeUs(PhotoPhase::kFeatures), 1'000'000);
   Features(1);  // at 3 s
-  EXPECT_EQ(tally_.OldestUtimeUs(PhotoPhase::kFeatures), 2'000'000);
-  EXPECT_EQ(tally_.OldestUtimeUs(PhotoPhase::kRetrieval), 3'000'000);
+  EXPECT_EQ(tally().OldestUtimeUs(PhotoPhase::kFeatures), 2'000'000);
+  EXPECT_EQ(tally().OldestUtimeUs(PhotoPhase::kRetrieval), 3'000'000);
   Park(2);
-  EXPECT_FALSE(tally_.OldestUtimeUs(PhotoPhase::kFeatures).has_value());
+  EXPECT_FALSE(tally().OldestUtimeUs(PhotoPhase::kFeatures).has_value());
 }
 
 TEST_F(TallyTest, PhotosOfASubmapThatEndsWaitAgain) {
@@ -166,10 +135,10 @@ TEST_F(TallyTest, AMergeThatIsDoneEndsItsSource) {
   for (const int64_t id : {1, 2}) Matched(id);
   Register(5, 1);
   Register(6, 2);
-  Merge(merge_t::ORDERED, 5, 6);
+  const int64_t merge_id = Order(5, 6);
   Register(6, 1);
   EXPECT_EQ(NumIn(PhotoPhase::kRegistered), 2);
-  Merge(merge_t::DONE, 5, 6);
+  MergeStep(merge_id, merge_t::DONE);
   EXPECT_EQ(NumIn(PhotoPhase::kRegistered), 2);
   ExpectCountsOfAllPhotos();
 }
@@ -178,8 +147,8 @@ TEST_F(TallyTest, ALatencyIsThatOfTheFirstRegistration) {
   Matched(1);      // received at 0.8 s
   Register(5, 1);  // at 5 s
   Register(6, 1);  // at 6 s
-  EXPECT_NEAR(tally_.latency().sum_s, 4.2, 1e-9);
-  EXPECT_EQ(tally_.latency().photos[5], 1) << "2.5 to 5 s";
+  EXPECT_NEAR(tally().latency().sum_s, 4.2, 1e-9);
+  EXPECT_EQ(tally().latency().photos[5], 1) << "2.5 to 5 s";
 }
 
 TEST_F(TallyTest, AClockThatWasSetBackMakesNoNegativeLatency) {
@@ -188,8 +157,8 @@ TEST_F(TallyTest, AClockThatWasSetBackMakesNoNegativeLatency) {
   image.received_utime_us = 90'000'000;
   Commit(image);
   Register(5, 1);
-  EXPECT_EQ(tally_.latency().sum_s, 0);
-  EXPECT_EQ(tally_.latency().photos[0], 1);
+  EXPECT_EQ(tally().latency().sum_s, 0);
+  EXPECT_EQ(tally().latency().photos[0], 1);
 }
 
 // In an order that no session has, too.
@@ -219,12 +188,12 @@ TEST_F(TallyTest, CountsAreThoseOfAllPhotosAfterAnyFacts) {
         ++num_submaps;
         break;
       default:
-        if (id <= num_photos && session_.state.FindPhoto(id)->matches_seq > 0) {
+        if (id <= num_photos && state().FindPhoto(id)->matches_seq > 0) {
           Register(submap, id, static_cast<int8_t>(1 + below(4)));
         }
     }
     if (i % 50 == 0) ExpectCountsOfAllPhotos();
-    ASSERT_FALSE(HasFailure()) << "seed " << seed << ", fact " << session_.state.head();
+    ASSERT_FALSE(HasFailure()) << "seed " << seed << ", fact " << head();
   }
 }
 
@@ -234,12 +203,12 @@ TEST_F(TallyTest, RefusedPhotosCountUntilTheyCome) {
   Commit(refusal);
   refusal.header.fact_id = VanishedAgentFactId("photo", 1);
   Commit(refusal);
-  EXPECT_EQ(session_.history.num_refused(), 2);
+  EXPECT_EQ(session().history.num_refused(), 2);
   image_t image{};
   image.image_id = 1;
   image.blob_id = "photo";
   Commit(image);
-  EXPECT_EQ(session_.history.num_refused(), 1);
+  EXPECT_EQ(session().history.num_refused(), 1);
   ExpectCountsOfAllPhotos();
 }
 

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <functional>
 #include <map>
-#include <string>
 
 #include "event_loop/alive.h"
 #include "node/node.h"

@@ -4,13 +4,13 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
-#include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "core/file.h"
 #include "export/simple_camera.h"
+#include "sfm/model_io.h"
 
 namespace skein {
 namespace {
@@ -80,10 +80,7 @@ class NvmText {
       index_.emplace(id, index_.size());
     }
     text_ << "\n" << model_.NumPoints3D() << "\n";
-    std::vector<Point3DId> points;
-    for (const auto& [id, point] : model_.Points3D()) points.push_back(id);
-    std::sort(points.begin(), points.end());
-    for (const Point3DId id : points) WritePoint(model_.Point3D(id));
+    for (const Point3DId id : AscendingPoints(model_)) WritePoint(model_.Point3D(id));
     text_ << "\n\n0\n";  // no further model
     return text_.str();
   }

@@ -1,6 +1,5 @@
 #include "http/access.h"
 
-#include <algorithm>
 #include <charconv>
 
 #include "core/utf8.h"

@@ -6,12 +6,12 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <set>
 #include <sstream>
 #include <stdexcept>
 #include <vector>
 
 #include "session/report.h"
+#include "testing/test_ledger.h"
 #include "web/prometheus_text.h"
 #include "web/status_message.h"
 
@@ -87,21 +87,19 @@ TEST(PrometheusText, RefusesNamesThatAreNone) {
 }
 
 // A session of nine photos in every state, and its processes.
-class MetricsTest : public testing::Test {
+class MetricsTest : public testing::Test, protected TestLedger {
  protected:
   MetricsTest() {
     for (int64_t id = 1; id <= 9; ++id) {
       image_t image{};
       image.image_id = id;
       image.size_bytes = 100;
-      image.received_utime_us = 1'000'000 * (session_.state.head() + 1) - 250'000;
+      image.received_utime_us = 1'000'000 * (head() + 1) - 250'000;
       Commit(image);
       if (id <= 7) Describe(id);
       if (id <= 5) Match(id);
     }
-    seed_t seed{};
-    seed.submap_id = 50;
-    Commit(seed);
+    Seed(50, 0, 0);
     for (const int64_t id : {1, 2, 3}) Register(50, id, registration_t::REGISTERED);
     Register(50, 4, registration_t::REJECTED);
     failure_t parked{};
@@ -124,14 +122,6 @@ class MetricsTest : public testing::Test {
       beat.backlog = 2;
       processes_[name] = {beat, 0, 0};
     }
-  }
-  template <class T>
-  void Commit(T fact) {
-    fact.header.seq = session_.state.head() + 1;
-    fact.header.utime_us = fact.header.seq * 1'000'000;
-    fact.header.fact_id = std::to_string(fact.header.seq);
-    session_.Apply(Fact(fact));
-    tally_.Apply(Fact(fact), session_.state);
   }
   void Describe(int64_t id) {
     features_t features{};
@@ -160,8 +150,8 @@ class MetricsTest : public testing::Test {
   }
 
   std::string Text() const {
-    return MetricsText({"0123456789abcdef", session_, tally_, processes_,
-                        (session_.state.head() + 10) * 1'000'000, 1, DiskSpace{700, 1000}});
+    return MetricsText({"0123456789abcdef", session(), tally(), processes_,
+                        (head() + 10) * 1'000'000, 1, DiskSpace{700, 1000}});
   }
   // Samples by their name and labels.
   std::map<std::string, double> Samples() const {
@@ -176,8 +166,6 @@ class MetricsTest : public testing::Test {
     return samples;
   }
 
-  SessionRecord session_;
-  SessionTally tally_;
   HeardProcesses processes_;
 };
 
@@ -203,20 +191,20 @@ TEST_F(MetricsTest, NamesAreSkeinsWithBaseUnits) {
 
 TEST_F(MetricsTest, PhotosAreThoseOfReportAndStatus) {
   std::map<std::string, double> samples = Samples();
-  const PhotoCounts counts = CountPhotos(session_, 0);
+  const PhotoCounts counts = CountPhotos(session(), 0);
   const auto photos = [&](const std::string& state) {
     return samples.at("skein_photos{state=\"" + state + "\"}");
   };
   EXPECT_EQ(photos("registered"), counts.registered);
   EXPECT_EQ(photos("failed"), counts.failed);
-  EXPECT_EQ(photos("in_flight"), session_.state.num_in_flight());
+  EXPECT_EQ(photos("in_flight"), state().num_in_flight());
   EXPECT_EQ(photos("in_flight") + photos("waiting") + photos("unplaced"), counts.deferred);
   EXPECT_EQ(photos("waiting"), 1);
   EXPECT_EQ(photos("unplaced"), 1);
   EXPECT_EQ(samples["skein_photos_accepted_total"], 9);
   EXPECT_EQ(samples["skein_photo_bytes_total"], 900);
 
-  const json status = json::parse(StatusMessage(session_, processes_, 0, {}));
+  const json status = json::parse(StatusMessage(session(), processes_, 0, {}));
   EXPECT_EQ(photos("registered"), status["photos"]["registered"]);
   EXPECT_EQ(photos("failed"), status["photos"]["failed"]);
   for (const std::string stage : {"features", "retrieval", "matching"}) {
@@ -227,7 +215,7 @@ TEST_F(MetricsTest, PhotosAreThoseOfReportAndStatus) {
 
 TEST_F(MetricsTest, StagesAreThoseOfTheReport) {
   std::map<std::string, double> samples = Samples();
-  const json stages = MakeReport(session_, 0, 0)["stages"];
+  const json stages = MakeReport(session(), 0, 0)["stages"];
   for (const std::string stage : {"ingest", "features", "retrieval", "matching", "mapper"}) {
     const double count = stages[stage]["count"];
     EXPECT_EQ(samples.at("skein_stage_items_total{stage=\"" + stage + "\"}"), count) << stage;
@@ -264,7 +252,7 @@ TEST_F(MetricsTest, TheLatencyHistogramRisesToItsCount) {
   EXPECT_EQ(last, samples.at("skein_photo_latency_seconds_count"));
   EXPECT_EQ(last, 3);
   double sum_s = 0;
-  for (const double seconds : PhotoToPoseSeconds(session_)) sum_s += seconds;
+  for (const double seconds : PhotoToPoseSeconds(session())) sum_s += seconds;
   EXPECT_NEAR(samples.at("skein_photo_latency_seconds_sum"), sum_s, 1e-6);
 }
 

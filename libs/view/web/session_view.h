@@ -1,7 +1,5 @@
 #pragma once
 
-#include <cstdint>
-#include <mutex>
 #include <shared_mutex>
 #include <utility>
 

@@ -7,7 +7,6 @@
 #include "session/heard_processes.h"
 #include "session/session_history.h"
 #include "session/troubles.h"
-#include "transport/channels.h"
 
 namespace skein {
 
