@@ -2,6 +2,8 @@
 
 #include <ceres/jet.h>
 
+#include <array>
+#include <cmath>
 #include <stdexcept>
 
 #include "sfm/colmap_api.h"
@@ -54,6 +56,32 @@ void OpenCv(const std::vector<double>& params, double u, double v, Eigen::Vector
   }
 }
 
+// fx, fy, cx, cy, k1 .. k4 (Kannala and Brandt 2006): pixel = f * s (u, v) + c, with
+//   s = t (1 + k1 t^2 + k2 t^4 + k3 t^6 + k4 t^8) / r,  t = atan r;  on the axis s = 1.
+void OpenCvFisheye(const std::vector<double>& params, double u, double v, Eigen::Vector2d* pixel,
+                   Eigen::Matrix2d* J_uv, IntrinsicsJacobian* J_intrinsics) {
+  constexpr double kOnAxis = 1e-8;
+  const double fx = params[0], fy = params[1];
+  const double r = std::hypot(u, v), t = std::atan(r), t2 = t * t;
+  double power = t, distorted = t, slope = 1;  // t^(2i + 1), s r, d (s r) / dt
+  std::array<double, 4> powers_over_r;
+  for (int i = 0; i < 4; ++i) {
+    slope += (2 * i + 3) * params[4 + i] * power * t;
+    power *= t2;
+    distorted += params[4 + i] * power;
+    powers_over_r[i] = r > kOnAxis ? power / r : 0;
+  }
+  const double s = r > kOnAxis ? distorted / r : 1;
+  const double bend = r > kOnAxis ? (slope / (1 + r * r) - s) / (r * r) : 0;  // ds = bend r dr
+  *pixel << fx * s * u + params[2], fy * s * v + params[3];
+  *J_uv << fx * (s + bend * u * u), fx * bend * u * v, fy * bend * u * v, fy * (s + bend * v * v);
+  if (J_intrinsics == nullptr) return;
+  J_intrinsics->leftCols<4>() << s * u, 0, 1, 0, 0, s * v, 0, 1;
+  for (int i = 0; i < 4; ++i) {
+    J_intrinsics->col(4 + i) << fx * powers_over_r[i] * u, fy * powers_over_r[i] * v;
+  }
+}
+
 template <typename Model>
 void ByAutomaticDifferentiation(const std::vector<double>& params, double u, double v,
                                 Eigen::Vector2d* pixel, Eigen::Matrix2d* J_uv,
@@ -80,12 +108,13 @@ void Distort(int model_id, const std::vector<double>& params, double u, double v
       return SimpleRadial(params[0], params[1], params[2], 0.0, u, v, pixel, J_uv, J_intrinsics);
     case kOpenCv:
       return OpenCv(params, u, v, pixel, J_uv, J_intrinsics);
+    case kOpenCvFisheye:
+      return OpenCvFisheye(params, u, v, pixel, J_uv, J_intrinsics);
 #define CAMERA_MODEL_CASE(Model)          \
   case colmap_api::IdOf<colmap::Model>(): \
     return ByAutomaticDifferentiation<colmap::Model>(params, u, v, pixel, J_uv, J_intrinsics);
       CAMERA_MODEL_CASE(PinholeCameraModel)
       CAMERA_MODEL_CASE(RadialCameraModel)
-      CAMERA_MODEL_CASE(OpenCVFisheyeCameraModel)
       CAMERA_MODEL_CASE(FullOpenCVCameraModel)
       CAMERA_MODEL_CASE(FOVCameraModel)
       CAMERA_MODEL_CASE(SimpleRadialFisheyeCameraModel)
