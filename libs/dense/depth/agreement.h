@@ -56,7 +56,8 @@ class Agreement {
     int column = 0, row = 0;
     float depth = 0;
   };
-  // Whether the other map's depth at a pixel is behind `depth`, as SeesPast has it. False at a hole.
+  // Whether the other map's depth at a pixel is behind `depth`, as SeesPast has it. False at a
+  // hole.
   bool IsBehind(int row, int column, float depth, float error) const;
   // nullopt: it lies outside the other map.
   std::optional<Projection> Project(int x, int y, float depth) const;

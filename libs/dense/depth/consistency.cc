@@ -14,7 +14,7 @@ namespace {
 constexpr double kAgreedError = 0.6, kCommonError = 0.25;
 // The error beside an edge of depth: so many times the share of the maps that see past the depth,
 // times the geometric mean of the agreeing depths' spread and of the edge's height.
-constexpr float kEdgeError = 2.2f;
+constexpr float kEdgeError = 2.3f;
 constexpr float kMaxEdgeHeight = 0.05f;  // of the depth: what lies farther behind moves no match
 
 class Mean {
