@@ -29,24 +29,41 @@ std::optional<Agreement::Projection> Agreement::Project(int x, int y, float dept
   return Projection{u, v, static_cast<int>(u + 0.5f), static_cast<int>(v + 0.5f), there.z()};
 }
 
-std::optional<DepthEstimate> Agreement::Find(int x, int y, float depth) const {
+std::optional<DepthEstimate> Agreement::Find(int x, int y, float depth, float* behind) const {
+  if (behind != nullptr) *behind = 0;
   const std::optional<Projection> there = Project(x, y, depth);
   if (!there) return std::nullopt;
-  const float other_depth = other_.depth(there->row, there->column);
-  if (!(std::abs(other_depth - there->depth) <= kMaxDepthDifference * there->depth)) {
+  const std::optional<DepthEstimate> found = FindAt(x, y, *there);
+  if (!found && behind != nullptr) {
+    *behind = std::max(0.0f, other_.depth(there->row, there->column) / there->depth - 1);
+  }
+  return found;
+}
+
+std::optional<DepthEstimate> Agreement::FindAt(int x, int y, const Projection& there) const {
+  const float other_depth = other_.depth(there.row, there.column);
+  if (!(std::abs(other_depth - there.depth) <= kMaxDepthDifference * there.depth)) {
     return std::nullopt;
   }
   const float column = static_cast<float>(x), row = static_cast<float>(y);
-  const Eigen::Vector3f back = back_.Apply(there->u, there->v, other_depth);
+  const Eigen::Vector3f back = back_.Apply(there.u, there.v, other_depth);
   const float du = back.x() - column * back.z(), dv = back.y() - row * back.z();
   const float most = kMaxReprojectionPx * back.z();
   if (!(back.z() > 0 && du * du + dv * dv <= most * most)) return std::nullopt;
-  return DepthEstimate{back.z(), other_.error(there->row, there->column) * back.z() / other_depth};
+  return DepthEstimate{back.z(), other_.error(there.row, there.column) * back.z() / other_depth};
+}
+
+bool Agreement::IsBehind(int row, int column, float depth, float error) const {
+  const float difference = other_.depth(row, column) - depth;
+  if (!(difference > kMaxDepthDifference * depth)) return false;
+  const float other_error = other_.error(row, column);
+  const float variance = error * error + other_error * other_error;
+  return difference * difference > kSeesPastErrors * kSeesPastErrors * variance;
 }
 
 bool Agreement::SeesPast(int x, int y, float depth, float error) const {
   const std::optional<Projection> there = Project(x, y, depth);
-  if (!there || !(other_.depth(there->row, there->column) > 0)) return false;
+  if (!there || !IsBehind(there->row, there->column, there->depth, error)) return false;
   constexpr int kReach = static_cast<int>(kMaxReprojectionPx);
   const cv::Rect near =
       cv::Rect(there->column - kReach, there->row - kReach, 2 * kReach + 1, 2 * kReach + 1) &
@@ -54,10 +71,7 @@ bool Agreement::SeesPast(int x, int y, float depth, float error) const {
   for (int row = near.y; row < near.br().y; ++row) {
     for (int column = near.x; column < near.br().x; ++column) {
       const float other_depth = other_.depth(row, column);
-      if (!(other_depth > 0)) continue;
-      const float errors = kSeesPastErrors * std::hypot(error, other_.error(row, column));
-      const float least = std::max(kMaxDepthDifference * there->depth, errors);
-      if (!(other_depth - there->depth > least)) return false;
+      if (other_depth > 0 && !IsBehind(row, column, there->depth, error)) return false;
     }
   }
   return true;

@@ -41,8 +41,9 @@ class Agreement {
  public:
   Agreement(const DepthMap& map, const DepthMap& other);
 
-  // The other map's estimate of a pixel's depth, if it agrees.
-  std::optional<DepthEstimate> Find(int x, int y, float depth) const;
+  // The other map's estimate of a pixel's depth, if it agrees. `behind`: the part of the depth by
+  // which a map that does not agree shows something behind it, else 0.
+  std::optional<DepthEstimate> Find(int x, int y, float depth, float* behind = nullptr) const;
 
   // Whether the other map sees past a pixel's depth: at the pixel that would show the point, and at
   // those within kMaxReprojectionPx of it that are no holes. So an edge contradicts nothing.
@@ -55,8 +56,12 @@ class Agreement {
     int column = 0, row = 0;
     float depth = 0;
   };
+  // Whether the other map's depth at a pixel is behind `depth`, as SeesPast has it. False at a
+  // hole.
+  bool IsBehind(int row, int column, float depth, float error) const;
   // nullopt: it lies outside the other map.
   std::optional<Projection> Project(int x, int y, float depth) const;
+  std::optional<DepthEstimate> FindAt(int x, int y, const Projection& there) const;
 
   const DepthMap& other_;
   const Transfer there_, back_;

@@ -9,8 +9,13 @@
 namespace skein {
 namespace {
 
-// The error of matching that neighbouring pixels and maps have in common: averaging leaves it.
-constexpr double kCommonError = 0.25;  // of the errors of the maps
+// Parts of the errors of the maps: of a depth that others agree with, which is wrong less often;
+// what maps have in common, so that averaging leaves it (measured: docs/experiments/depth.md).
+constexpr double kAgreedError = 0.6, kCommonError = 0.25;
+// The error beside an edge of depth: so many times the share of the maps that see past the depth,
+// times the geometric mean of the agreeing depths' spread and of the edge's height.
+constexpr float kEdgeError = 2.3f;
+constexpr float kMaxEdgeHeight = 0.05f;  // of the depth: what lies farther behind moves no match
 
 class Mean {
  public:
@@ -24,11 +29,12 @@ class Mean {
   int count() const { return count_; }
   double Value() const { return sum_ / weight_; }
   double Error() const {
-    const double variance = std::max(0.0, squares_ / weight_ - Value() * Value());
     const double single = count_ / weight_;  // mean squared error of one
     const double common = kCommonError * kCommonError * single;
-    return std::sqrt(common + std::max(single, variance) / count_);
+    const double agreed = kAgreedError * kAgreedError * single;
+    return std::sqrt(common + std::max(agreed, Variance()) / count_);
   }
+  double Variance() const { return std::max(0.0, squares_ / weight_ - Value() * Value()); }
 
  private:
   double weight_ = 0, sum_ = 0, squares_ = 0;
@@ -50,29 +56,75 @@ bool IsContradicted(const DepthMap& map, int x, int y, const std::vector<Agreeme
          }) < contradicting;
 }
 
-// The number of maps that agree with a pixel, kMinAgreeing at most.
-int CountAgreeing(const DepthMap& map, int x, int y, const std::vector<Agreement>& others,
-                  Mean* mean) {
-  for (const Agreement& other : others) {
-    if (const auto estimate = other.Find(x, y, map.depth(y, x))) mean->Add(*estimate);
-  }
-  return std::min(mean->count() - 1, kMinAgreeing);
-}
+// The other maps' votes on the depths of a map, of each pixel and then means over a patch.
+class Votes {
+ public:
+  explicit Votes(cv::Size size)
+      : sums_(size, Sums(0, 0, 0, 0)), of_agreed_(size, cv::Vec2f(0, 0)) {}
 
-// The means of all pixels that a map agrees with. `agreeing`: how many do.
-DepthMap MeanOfAgreeing(const DepthMap& map, const std::vector<Agreement>& others,
-                        cv::Mat1f* agreeing) {
+  // The mean of a pixel's depth and those that agree.
+  Mean Take(const DepthMap& map, int x, int y, const std::vector<Agreement>& others) {
+    Mean mean;
+    mean.Add({map.depth(y, x), map.error(y, x)});
+    Sums& sums = sums_(y, x);
+    for (const Agreement& other : others) {
+      float behind = 0;
+      const auto estimate = other.Find(x, y, map.depth(y, x), &behind);
+      if (estimate) mean.Add(*estimate);
+      sums[kPast] += behind > 0;
+      sums[kBehind] += std::min(behind, kMaxEdgeHeight);
+    }
+    const int agreeing = mean.count() - 1;
+    sums[kAgreeing] = static_cast<float>(agreeing);
+    sums[kCounted] = static_cast<float>(std::min(agreeing, kMinAgreeing));
+    if (agreeing > 0) of_agreed_(y, x) = {1, RelativeVariance(mean)};
+    return mean;
+  }
+
+  void AverageOverPatches() {
+    const cv::Size patch(kAgreementPatch, kAgreementPatch);
+    cv::boxFilter(sums_, sums_, -1, patch);
+    cv::boxFilter(of_agreed_, of_agreed_, -1, patch);
+  }
+
+  // A mean of more than one agrees.
+  bool IsAgreed(int x, int y) const {
+    constexpr float kHalfVote = 0.5f / (kAgreementPatch * kAgreementPatch);
+    return sums_(y, x)[kCounted] > 1 + kHalfVote;
+  }
+
+  // As a part of the depth.
+  float EdgeError(int x, int y) const {
+    const Sums& sums = sums_(y, x);
+    if (!(sums[kPast] > 0)) return 0;
+    const float share = sums[kPast] / (sums[kAgreeing] + sums[kPast]);
+    const float height = sums[kBehind] / sums[kPast];
+    const float spread = std::sqrt(std::max(0.0f, of_agreed_(y, x)[1]) / of_agreed_(y, x)[0]);
+    return kEdgeError * share * std::sqrt(height * spread);
+  }
+
+ private:
+  enum { kCounted, kAgreeing, kPast, kBehind };
+  typedef cv::Vec4f Sums;
+
+  static float RelativeVariance(const Mean& mean) {
+    const double unbiased = mean.Variance() * mean.count() / (mean.count() - 1);
+    return static_cast<float>(unbiased / (mean.Value() * mean.Value()));
+  }
+
+  cv::Mat_<Sums> sums_;
+  cv::Mat_<cv::Vec2f> of_agreed_;  // whether a map agrees, variance of what agrees
+};
+
+// The means of all pixels that a map agrees with.
+DepthMap MeanOfAgreeing(const DepthMap& map, const std::vector<Agreement>& others, Votes* votes) {
   DepthMap means{map.camera, map.cam_from_world, cv::Mat1f(map.depth.size(), 0.0f),
                  cv::Mat1f(map.depth.size(), 0.0f)};
-  *agreeing = cv::Mat1f(map.depth.size(), 0.0f);
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       if (!(map.depth(y, x) > 0)) continue;
-      Mean mean;
-      mean.Add({map.depth(y, x), map.error(y, x)});
-      const int count = CountAgreeing(map, x, y, others, &mean);
-      if (count == 0) continue;
-      (*agreeing)(y, x) = static_cast<float>(count);
+      const Mean mean = votes->Take(map, x, y, others);
+      if (mean.count() == 1) continue;
       means.depth(y, x) = static_cast<float>(mean.Value());
       means.error(y, x) = static_cast<float>(mean.Error());
     }
@@ -83,16 +135,14 @@ DepthMap MeanOfAgreeing(const DepthMap& map, const std::vector<Agreement>& other
 }  // namespace
 
 DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others) {
-  cv::Mat1f agreeing, around;
-  DepthMap kept = MeanOfAgreeing(map, AgreementsOf(map, others), &agreeing);
-  const cv::Size patch(kAgreementPatch, kAgreementPatch);
-  cv::boxFilter(agreeing, around, -1, patch, cv::Point(-1, -1), false);
-  const float most = static_cast<float>(kMinAgreeing * patch.area());
+  Votes votes(map.depth.size());
+  DepthMap kept = MeanOfAgreeing(map, AgreementsOf(map, others), &votes);
+  votes.AverageOverPatches();
   for (int y = 0; y < map.depth.rows; ++y) {
     for (int x = 0; x < map.depth.cols; ++x) {
       float &depth = kept.depth(y, x), &error = kept.error(y, x);
-      if (around(y, x) < static_cast<float>(patch.area()) + 0.5f) depth = error = 0;
-      error = std::hypot(error, (1 - around(y, x) / most) * kMaxDepthDifference * depth);
+      if (!votes.IsAgreed(x, y)) depth = error = 0;
+      if (depth > 0) error = std::hypot(error, votes.EdgeError(x, y) * depth);
     }
   }
   return kept;

@@ -18,8 +18,8 @@ constexpr int kMinContradicting = 3;
 
 // `map` without the depths that too few of `others` agree with. A depth that stays becomes the mean
 // of its own and the agreeing ones, weighted by 1 / error^2. `error` is that of the mean, from the
-// errors and from the spread of what was averaged, and by the part of the patch's agreement that is
-// missing the most by which agreeing depths differ.
+// errors and from the spread of what was averaged. An edge of depth, where other maps see past the
+// patch, adds an error between the spread of what agrees and the height of the edge.
 DepthMap KeepAgreed(const DepthMap& map, const std::vector<const DepthMap*>& others);
 
 // 0 where a depth of `map` is contradicted, as that of a thing that moved between the photos. 255

@@ -71,6 +71,28 @@ TEST(KeepAgreed, ADepthBecomesTheMean) {
   EXPECT_NEAR(kept.depth(60, 80) / TrueMap(kHere).depth(60, 80), 1.002, 0.001);
 }
 
+// The predicted error at the spot's upper edge, where `other` shows the spot `factor` times as far.
+float ErrorAtSpot(double factor) {
+  const DepthMap map = TrueMap(kHere), a = TrueMap(kHere, 1.003), b = TrueMap(kHere, 0.997);
+  DepthMap other = TrueMap(kHere);
+  other.depth(kSpot) *= factor;
+  return KeepAgreed(map, {&a, &b, &other}).error(kSpot.y, kSpot.x + 2);
+}
+
+// The simulated "together", 48 photos: errors beside edges were 1.7 times those predicted.
+TEST(KeepAgreed, WhereAMapSeesPastADepthItsErrorIsLarger) {
+  EXPECT_GT(ErrorAtSpot(1.03), 1.5 * ErrorAtSpot(1));
+  EXPECT_GT(ErrorAtSpot(1.05), ErrorAtSpot(1.03));
+  EXPECT_NEAR(ErrorAtSpot(2), ErrorAtSpot(1.05), 1e-5);
+}
+
+// The simulated stockpile, whose rim few photos show: errors were 0.6 times those predicted.
+TEST(KeepAgreed, AMapThatShowsNothingOrWhatHidesADepthLeavesItsError) {
+  for (const double factor : {0.0, 0.9}) {
+    EXPECT_LT(ErrorAtSpot(factor), 1.3 * ErrorAtSpot(1)) << factor;
+  }
+}
+
 const cv::Rect kSquare(70, 50, 20, 20);
 
 // The wall from here, its square `factor` times as far.

@@ -80,7 +80,7 @@ void CheckInput(const DepthPhoto& photo, const std::vector<const DepthPhoto*>& n
 }  // namespace
 
 int64_t DepthSweepBytes(int width, int height, int steps, int neighbours) {
-  const int64_t pixels = int64_t{RoundUp(width, 64)} * height;
+  const int64_t pixels = int64_t{RoundUp(width, 64)} * (height + 1);
   return 3 * pixels * steps + 40 * pixels * (1 + neighbours);
 }
 
@@ -210,10 +210,7 @@ class DepthSweep::Workspace {
     // By which all neighbours move for a unit of inverse depth, taken together.
     double Parallax(const Eigen::Vector2d& ray, double step) const {
       double sum = 0;
-      for (const WarpedView& view : views) {
-        const double one = view.Parallax(ray, PlaneOf(step));
-        sum += one * one;
-      }
+      for (const WarpedView& view : views) sum += view.SquaredParallax(ray, PlaneOf(step));
       return std::sqrt(sum);
     }
   };
@@ -266,11 +263,11 @@ class DepthSweep::Workspace {
     families_.push_back(std::move(family));
   }
 
-  // ---- Costs: of each plane, [step][row][column] ----
+  // ---- Costs: [row][step][column], of each plane at a time, then [row][column][step] ----
 
   bool SumCosts(const DepthStop& stop) {
     stride_ = RoundUp(width_, 64);
-    costs_.resize(static_cast<size_t>(stride_) * height_ * steps_ + kSweepMargin);
+    costs_.resize(RowBytes() * (height_ + 1) + kSweepMargin);
     PadReference();
     for (Family& family : families_) {
       for (int i = 0; i < family.steps; ++i) {
@@ -293,8 +290,14 @@ class DepthSweep::Workspace {
   }
 
   uint8_t* CostRow(int step, int y) {
-    return costs_.data() + (static_cast<size_t>(step) * height_ + y) * stride_;
+    return costs_.data() + (y + 1) * RowBytes() + static_cast<size_t>(step) * stride_;
   }
+
+  // [column][step], where the row before had its [step][column].
+  uint8_t* TransposedRow(int y) { return costs_.data() + y * RowBytes(); }
+
+  // A cache line more than the steps take: rows a power of two apart would share cache sets.
+  size_t RowBytes() const { return static_cast<size_t>(stride_) * steps_ + 64; }
 
   void SumCostsOf(int i, Family* family) {
     const PartTimer timer(&times_.costs);
@@ -305,11 +308,11 @@ class DepthSweep::Workspace {
       view.SetPlane(family->PlaneOf(i));
       widest = std::max(widest, view.source_width());
     }
-    warp_scratch_.resize(widest + 2 * kSweepMargin + kSweepLanes);
+    warp_scratch_.Resize(widest + kSweepLanes, num_views_);
     census_scratch_.resize(static_cast<size_t>(num_views_) * (width_ + kSweepMargin) +
                            kSweepMargin);
     for (int y = -kCensusRadius; y < height_ + kCensusRadius; ++y) {
-      for (int view = 0; view < num_views_; ++view) WarpRowOf(views[view], view, y);
+      WarpRowsOf(views, y);
       if (y >= kCensusRadius) CensusRowOf(views, family->first_step + i, y - kCensusRadius);
     }
   }
@@ -319,13 +322,17 @@ class DepthSweep::Workspace {
     return warped_.Row(view * kCensusRows + (y + kCensusRows) % kCensusRows) + kWarpBorder;
   }
 
-  void WarpRowOf(const WarpedView& view, int i, int y) {
-    if (!view.IsSeen()) return;
-    WarpTask task = {};
-    view.FillRow(y, &task);
-    task.scratch = warp_scratch_.data();
-    task.out = WarpedRow(i, y) - kWarpBorder;
-    kernels_.warp(task);
+  void WarpRowsOf(const std::vector<WarpedView>& views, int y) {
+    WarpTask tasks[kMaxSweepViews] = {};
+    int count = 0;
+    for (int i = 0; i < num_views_; ++i) {
+      if (!views[i].ShowsRow(y)) continue;
+      WarpTask& task = tasks[count++];
+      views[i].FillRow(y, &task);
+      task.scratch = warp_scratch_.Row(i) - kSweepMargin;
+      task.out = WarpedRow(i, y) - kWarpBorder;
+    }
+    kernels_.warp(tasks, count);
   }
 
   void CensusRowOf(const std::vector<WarpedView>& views, int step, int y) {
@@ -357,7 +364,7 @@ class DepthSweep::Workspace {
     }
     SetUpBorders(column);
     path_scratch_.resize(2 * column);
-    row_costs_.resize(static_cast<size_t>(RoundUp(width_, kSweepLanes)) * steps_);
+    row_sums_.resize(static_cast<size_t>(width_) * steps_);
     SetPenalties();
     choices_.resize(static_cast<size_t>(width_) * height_);
     for (auto& row : row_choices_) row.resize(width_);
@@ -394,14 +401,14 @@ class DepthSweep::Workspace {
   void TransposeRow(int y) {
     const uint8_t* rows[kMaxSweepSteps];
     for (int step = 0; step < steps_; ++step) rows[step] = CostRow(step, y);
-    kernels_.transpose({rows, width_, steps_, row_costs_.data()});
+    kernels_.transpose({rows, width_, steps_, TransposedRow(y)});
   }
 
   void AddPathsOfRow(int y, bool is_first, int direction) {
     const PartTimer timer(&times_.paths);
-    TransposeRow(y);
+    if (direction > 0) TransposeRow(y);
     PathTask task = {};
-    task.cost = row_costs_.data();
+    task.cost = TransposedRow(y);
     task.grey = reference_.Row(y + kCensusRadius);
     task.grey_before = is_first ? nullptr : reference_.Row(y + kCensusRadius - direction);
     task.width = width_;
@@ -416,8 +423,8 @@ class DepthSweep::Workspace {
       task.now_min[k] = states_[1].least[k].data();
     }
     task.scratch = path_scratch_.data();
-    task.adds = direction < 0;
-    task.sum = SumRow(y);
+    task.sum_before = direction > 0 ? nullptr : SumRow(y);
+    task.sum = direction > 0 ? SumRow(y) : row_sums_.data();
     kernels_.paths(task);
     std::swap(states_[0], states_[1]);
   }
@@ -436,8 +443,8 @@ class DepthSweep::Workspace {
     const PartTimer timer(&times_.choice);
     for (size_t f = 0; f < families_.size(); ++f) {
       const Family& family = families_[f];
-      kernels_.choose({SumRow(y) + family.first_step, row_costs_.data() + family.first_step, width_,
-                       family.steps, steps_, row_choices_[f].data()});
+      kernels_.choose({row_sums_.data() + family.first_step, TransposedRow(y) + family.first_step,
+                       width_, family.steps, steps_, row_choices_[f].data()});
     }
     for (int x = 0; x < width_; ++x) choices_[Index(x, y)] = Best(x, y);
   }
@@ -576,9 +583,9 @@ class DepthSweep::Workspace {
   int width_ = 0, height_ = 0, stride_ = 0, min_steps_ = 0, steps_ = 0;
   std::vector<Family> families_;
   int num_views_ = 0;  // of each family
-  PaddedRows reference_, warped_;
-  std::vector<uint8_t> costs_, warp_scratch_, census_scratch_, path_scratch_, row_costs_;
-  std::vector<uint16_t> sums_;
+  PaddedRows reference_, warped_, warp_scratch_;
+  std::vector<uint8_t> costs_, census_scratch_, path_scratch_;
+  std::vector<uint16_t> sums_, row_sums_;  // of the paths down; of all paths
   PathState states_[2];
   uint8_t penalties_[256] = {};
   std::vector<StepChoice> row_choices_[kMaxSweepSteps / kSweepLanes];  // of each family

@@ -70,9 +70,9 @@ struct PathTask {
   const uint8_t* before_min[3];
   uint8_t* now[3];
   uint8_t* now_min[3];
-  uint8_t* scratch;  // 2 x (steps + 64)
-  bool adds;         // whether `sum` is there already
-  uint16_t* sum;     // width x steps: sum of the four paths
+  uint8_t* scratch;            // 2 x (steps + 64)
+  const uint16_t* sum_before;  // width x steps, of the other direction; null: none yet
+  uint16_t* sum;               // width x steps: that and the four paths
 };
 
 // The step of least cost in a column.
@@ -99,7 +99,9 @@ struct TransposeTask {
 };
 
 struct SweepKernels {
-  void (*warp)(const WarpTask&);
+  // Rows of several neighbours: all are interpolated between rows before one is between columns, as
+  // a load across two fresh stores waits for both.
+  void (*warp)(const WarpTask* tasks, int count);
   void (*census)(const CensusTask&);
   void (*paths)(const PathTask&);
   void (*choose)(const ChoiceTask&);

@@ -50,13 +50,15 @@ inline Bytes Splat(uint8_t value) { return Bytes{} + value; }
 
 // ---- Warp ----
 
-constexpr int kHalfWeight = kWeightUnit / 2;
+constexpr int kHalfWeight = kWeightUnit / 2, kWeightBits = 6;
+static_assert(1 << kWeightBits == kWeightUnit);
 
 inline Bytes Between(Bytes a, Bytes b, uint16_t weight) {
   const Words wide_a = __builtin_convertvector(a, Words);
   const Words wide_b = __builtin_convertvector(b, Words);
   const Words sum = wide_a * static_cast<uint16_t>(kWeightUnit - weight) + wide_b * weight;
-  return __builtin_convertvector((sum + static_cast<uint16_t>(kHalfWeight)) / kWeightUnit, Bytes);
+  // A shift: GCC divides vectors element by element.
+  return __builtin_convertvector((sum + static_cast<uint16_t>(kHalfWeight)) >> kWeightBits, Bytes);
 }
 
 // Two blocks of columns.
@@ -72,7 +74,7 @@ inline void WarpBlocks(const WarpTask& task, const uint8_t* row, int x) {
       _mm256_loadu_si256(reinterpret_cast<const __m256i*>(task.weights + 2 * x));
   const __m256i sums = _mm256_maddubs_epi16(_mm256_shuffle_epi8(source, pairs), weights);
   const __m256i rounded =
-      _mm256_srli_epi16(_mm256_add_epi16(sums, _mm256_set1_epi16(kHalfWeight)), 6);
+      _mm256_srli_epi16(_mm256_add_epi16(sums, _mm256_set1_epi16(kHalfWeight)), kWeightBits);
   _mm_storeu_si128(
       reinterpret_cast<__m128i*>(task.out + x),
       _mm_packus_epi16(_mm256_castsi256_si128(rounded), _mm256_extracti128_si256(rounded, 1)));
@@ -82,7 +84,8 @@ inline void WarpBlocks(const WarpTask& task, const uint8_t* row, int x) {
     const uint8x16_t source = vqtbl1q_u8(vld1q_u8(row + window[i]), vld1q_u8(task.pairs + 2 * at));
     const uint8x16_t weights = vreinterpretq_u8_s8(vld1q_s8(task.weights + 2 * at));
     const uint16x8_t low = vmull_u8(vget_low_u8(source), vget_low_u8(weights));
-    vst1_u8(task.out + at, vrshrn_n_u16(vpaddq_u16(low, vmull_high_u8(source, weights)), 6));
+    vst1_u8(task.out + at,
+            vrshrn_n_u16(vpaddq_u16(low, vmull_high_u8(source, weights)), kWeightBits));
   }
 #else
   for (int i = 0; i < 2 * kSweepBlock; ++i) {
@@ -90,19 +93,28 @@ inline void WarpBlocks(const WarpTask& task, const uint8_t* row, int x) {
     const uint8_t* pair = task.pairs + 2 * (x + i);
     const int8_t* weight = task.weights + 2 * (x + i);
     const int sum = from[pair[0]] * weight[0] + from[pair[1]] * weight[1];
-    task.out[x + i] = static_cast<uint8_t>((sum + kHalfWeight) / kWeightUnit);
+    task.out[x + i] = static_cast<uint8_t>((sum + kHalfWeight) >> kWeightBits);
   }
 #endif
 }
 
-void Warp(const WarpTask& task) {
+void BetweenRows(const WarpTask& task) {
   uint8_t* row = task.scratch + kSweepMargin;
   const uint16_t weight = static_cast<uint16_t>(task.below_weight);
   const int last = task.window[task.width / kSweepBlock - 1] + kSweepWindow;
   for (int x = task.window[0]; x < last; x += kByteLanes) {
     Store(row + x, Between(Load<Bytes>(task.above + x), Load<Bytes>(task.below + x), weight));
   }
+}
+
+void BetweenColumns(const WarpTask& task) {
+  const uint8_t* row = task.scratch + kSweepMargin;
   for (int x = 0; x < task.width; x += 2 * kSweepBlock) WarpBlocks(task, row, x);
+}
+
+void Warp(const WarpTask* tasks, int count) {
+  for (int i = 0; i < count; ++i) BetweenRows(tasks[i]);
+  for (int i = 0; i < count; ++i) BetweenColumns(tasks[i]);
 }
 
 // ---- Census ----
@@ -155,13 +167,13 @@ inline CensusBytes Raise(CensusBytes v, int by) {
 inline CensusBytes Count(CensusBytes count, CensusMask a, CensusMask b) { return count - (a ^ b); }
 #endif
 
-// Hamming distances of some columns, to each view.
+// Hamming distances of some columns to some views.
 template <int kViews>
-inline void Hamming(const CensusTask& task, int x, uint8_t* const* out) {
+inline void Hamming(const CensusTask& task, const int* views, int x, uint8_t* const* out) {
   const CensusBytes middle = Raise(LoadCensus(task.reference[kCensusRadius] + x), task.threshold);
   CensusBytes middles[kViews], counts[kViews];
   for (int i = 0; i < kViews; ++i) {
-    middles[i] = Raise(LoadCensus(task.views[i][kCensusRadius] + x), task.threshold);
+    middles[i] = Raise(LoadCensus(task.views[views[i]][kCensusRadius] + x), task.threshold);
     counts[i] = ZeroCensus();
   }
 #pragma GCC unroll 24
@@ -169,11 +181,28 @@ inline void Hamming(const CensusTask& task, int x, uint8_t* const* out) {
     const int row = kPattern.row[k], column = x + kPattern.column[k];
     const CensusMask bit = IsAbove(LoadCensus(task.reference[row] + column), middle);
     for (int i = 0; i < kViews; ++i) {
-      const CensusMask other = IsAbove(LoadCensus(task.views[i][row] + column), middles[i]);
+      const uint8_t* at = task.views[views[i]][row] + column;
+      const CensusMask other = IsAbove(LoadCensus(at), middles[i]);
       counts[i] = Count(counts[i], bit, other);
     }
   }
-  for (int i = 0; i < kViews; ++i) StoreCensus(out[i] + x, counts[i]);
+  for (int i = 0; i < kViews; ++i) StoreCensus(out[views[i]] + x, counts[i]);
+}
+
+// To the views that show one of the columns.
+inline void HammingOfSeen(const CensusTask& task, int x, uint8_t* const* out) {
+  int seen[kMaxSweepViews], count = 0;
+  for (int i = 0; i < task.num_views; ++i) {
+    if (task.first[i] < x + kCensusLanes && task.last[i] > x) seen[count++] = i;
+  }
+  switch (count) {
+    case 1:
+      return Hamming<1>(task, seen, x, out);
+    case 2:
+      return Hamming<2>(task, seen, x, out);
+    case 3:
+      return Hamming<3>(task, seen, x, out);
+  }
 }
 
 constexpr uint8_t kUnseen = 255;
@@ -185,34 +214,18 @@ inline void HideUnseen(const CensusTask& task, int view, uint8_t* costs) {
   if (last < task.width) __builtin_memset(costs + last, kUnseen, task.width - last);
 }
 
-template <int kViews>
-void CensusOf(const CensusTask& task) {
-  uint8_t* costs[kViews];
-  for (int i = 0; i < kViews; ++i) costs[i] = task.scratch + i * (task.width + kSweepMargin);
-  for (int x = 0; x < task.width; x += kCensusLanes) Hamming<kViews>(task, x, costs);
-  for (int i = 0; i < kViews; ++i) HideUnseen(task, i, costs[i]);
-  const Bytes most = Splat(kCensusBits);
-  for (int x = 0; x < task.width; x += kByteLanes) {
-    Bytes cost[kViews], least = most;
-    for (int i = 0; i < kViews; ++i) {
-      cost[i] = Load<Bytes>(costs[i] + x);
-      least = Min(least, cost[i]);
-    }
-    const Bytes limit = least + static_cast<uint8_t>(task.truncation);
-    Bytes sum = {};
-    for (int i = 0; i < kViews; ++i) sum += Min(cost[i], limit);
-    Store(task.out + x, sum);
-  }
-}
-
 void Census(const CensusTask& task) {
-  switch (task.num_views) {
-    case 1:
-      return CensusOf<1>(task);
-    case 2:
-      return CensusOf<2>(task);
-    case 3:
-      return CensusOf<3>(task);
+  uint8_t* costs[kMaxSweepViews];
+  const int views = task.num_views;
+  for (int i = 0; i < views; ++i) costs[i] = task.scratch + i * (task.width + kSweepMargin);
+  for (int x = 0; x < task.width; x += kCensusLanes) HammingOfSeen(task, x, costs);
+  for (int i = 0; i < views; ++i) HideUnseen(task, i, costs[i]);
+  for (int x = 0; x < task.width; x += kByteLanes) {
+    Bytes least = Splat(kCensusBits), sum = {};
+    for (int i = 0; i < views; ++i) least = Min(least, Load<Bytes>(costs[i] + x));
+    const Bytes limit = least + static_cast<uint8_t>(task.truncation);
+    for (int i = 0; i < views; ++i) sum += Min(Load<Bytes>(costs[i] + x), limit);
+    Store(task.out + x, sum);
   }
 }
 
@@ -293,12 +306,11 @@ void PathsOf(const PathTask& task) {
   int x = task.direction > 0 ? 0 : task.width - 1;
   uint8_t grey_along = task.grey[x];
   for (int i = 0; i < task.width; ++i, x += task.direction) {
-    const uint8_t* cost = task.cost + static_cast<int64_t>(x) * kSteps;
-    uint16_t* out = task.sum + static_cast<int64_t>(x) * kSteps;
-    Words sum[kSteps / kByteLanes];
-    for (int j = 0; j < kSteps / kByteLanes; ++j) {
-      sum[j] = task.adds ? Load<Words>(out + j * kByteLanes) : Words{};
-    }
+    const int64_t at = static_cast<int64_t>(x) * kSteps;
+    const uint8_t* cost = task.cost + at;
+    uint16_t* out = task.sum + at;
+    Words sum[kSteps / kByteLanes] = {};
+    if (task.sum_before != nullptr) __builtin_memcpy(sum, task.sum_before + at, sizeof sum);
     const uint8_t grey = task.grey[x];
     const auto penalties = [&](uint8_t other) {
       return Penalties{small, task.large_penalty[Difference(grey, other)]};

@@ -51,7 +51,7 @@ TEST_P(SweepKernelsOfVersion, WarpsByLinearInterpolation) {
   const WarpTask task{
       &above[kSweepMargin], &below[kSweepMargin], 23,     kWidth,         window.data(),
       pairs.data(),         weights.data(),       kWidth, scratch.data(), out.data()};
-  Kernels().warp(task);
+  Kernels().warp(&task, 1);
   const auto between = [](int a, int b, int weight) {
     return (a * (kWeightUnit - weight) + b * weight + kWeightUnit / 2) / kWeightUnit;
   };
@@ -96,7 +96,7 @@ TEST_P(SweepKernelsOfVersion, CensusCountsTheBitsThatDiffer) {
     }
     for (int i = 0; i < views; ++i) {
       task.first[i] = 20 * i;
-      task.last[i] = kWidth - 7 * i;
+      task.last[i] = kWidth - 70 * i;  // some vectors are seen by fewer views
     }
     Row scratch(views * (kWidth + kSweepMargin)), out(kWidth + kSweepMargin);
     task.num_views = views;
@@ -158,7 +158,8 @@ TEST_P(SweepKernelsOfVersion, PathsFollowSemiGlobalMatching) {
     task.now[k] = now[k].costs.data();
     task.now_min[k] = now[k].minima.data();
   }
-  std::vector<uint16_t> sum(kWidth * kSteps, 7);
+  const std::vector<uint16_t> before_sum(kWidth * kSteps, 7);
+  std::vector<uint16_t> sum(kWidth * kSteps);
   task.cost = cost.data();
   task.grey = grey.data();
   task.grey_before = &grey_before[1];
@@ -168,7 +169,7 @@ TEST_P(SweepKernelsOfVersion, PathsFollowSemiGlobalMatching) {
   task.small_penalty = kSmall;
   task.large_penalty = large.data();
   task.scratch = scratch.data();
-  task.adds = true;
+  task.sum_before = before_sum.data();
   task.sum = sum.data();
   Kernels().paths(task);
   Row along(kSteps, 0);

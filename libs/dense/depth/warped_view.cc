@@ -124,11 +124,15 @@ double WarpedView::SearchLengthPx() const {
 }
 
 double WarpedView::Parallax(const Eigen::Vector2d& ray, double plane) const {
+  return std::sqrt(SquaredParallax(ray, plane));
+}
+
+double WarpedView::SquaredParallax(const Eigen::Vector2d& ray, double plane) const {
   if (!is_usable_) return 0;
   const double w = 1 + (plane - planes_.Middle()) * motion_.z();
   if (w < 1 / kMaxScale) return 0;
   const Eigen::Vector2d moved = motion_.head<2>() - motion_.z() * ray;
-  return moved.cwiseProduct(camera_.focal_px).norm() / (w * w);
+  return moved.cwiseProduct(camera_.focal_px).squaredNorm() / (w * w * w * w);
 }
 
 void WarpedView::SetPlane(double plane) {
@@ -182,6 +186,12 @@ WarpedView::Interval WarpedView::IntervalAt(int y) const {
   return {std::max(above.first, below.first), std::min(above.last, below.last)};
 }
 
+bool WarpedView::ShowsRow(int y) const {
+  if (!is_seen_) return false;
+  const Interval columns = IntervalAt(y);
+  return columns.first < columns.last;
+}
+
 void WarpedView::Range(int y, int* first, int* last) const {
   *first = *last = 0;
   if (!is_seen_) return;
@@ -192,10 +202,11 @@ void WarpedView::Range(int y, int* first, int* last) const {
   }
   if (common.first >= common.last) return;
   const auto column = [&](int at) { return (at - shift_.x()) / scale_; };
-  const double low = std::ceil(column(common.first)) + kCensusRadius;
-  const double high = std::floor(column(common.last - 1)) - kCensusRadius;
-  *first = static_cast<int>(std::clamp<double>(low, 0, camera_.width));
-  *last = static_cast<int>(std::clamp<double>(high, *first, camera_.width));
+  const double low = column(common.first) + kCensusRadius;
+  const double high = column(common.last - 1) - kCensusRadius;
+  const double end = camera_.width;
+  *first = camera_.width - static_cast<int>(end - std::clamp(low, 0.0, end));  // rounded up
+  *last = std::max(*first, static_cast<int>(std::clamp(high, 0.0, end)));
 }
 
 }  // namespace skein

@@ -35,12 +35,13 @@ class WarpedView {
 
   // Pixels by which a pixel of the reference moves for each unit of inverse depth, at a plane.
   double Parallax(const Eigen::Vector2d& ray, double plane) const;
+  double SquaredParallax(const Eigen::Vector2d& ray, double plane) const;
 
   // Makes this plane (SweepPlanes) the one that all below is of.
   void SetPlane(double plane);
 
-  // False: the neighbour cannot be seen by this plane.
-  bool IsSeen() const { return is_seen_; }
+  // Whether the neighbour can be seen in row y of the reference.
+  bool ShowsRow(int y) const;
 
   // Fills in what is of the neighbour, for row y of the reference, at any y.
   void FillRow(int y, WarpTask* task) const;
