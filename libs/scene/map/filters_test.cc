@@ -25,6 +25,13 @@ class FiltersTest : public testing::Test {
     throw std::logic_error("no point with such a track");
   }
 
+  void KeepTwoObservations(Point3DId id) {
+    while (Point(id).Track().Length() > 2) {
+      const TrackElement last = Point(id).Track().Elements().back();
+      MapAccess::Model(&map_).DeleteObservation(last.image_id, last.point2D_idx);
+    }
+  }
+
   const SyntheticScene scene_ = MakeScene({});
   SceneMap map_;
 };
@@ -59,10 +66,7 @@ TEST_F(FiltersTest, APointWithoutTwoGoodObservationsGoes) {
 TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
   const Point3DId id = FindPoint(2);
   Reconstruction& model = MapAccess::Model(&map_);
-  while (Point(id).Track().Length() > 2) {
-    const TrackElement last = Point(id).Track().Elements().back();
-    model.DeleteObservation(last.image_id, last.point2D_idx);
-  }
+  KeepTwoObservations(id);
   ASSERT_EQ(FilterPoints({id}, &map_), 0);
   const TrackElement first = Point(id).Track().Element(0), second = Point(id).Track().Element(1);
   const Image& image = model.Image(first.image_id);
@@ -77,13 +81,9 @@ TEST_F(FiltersTest, APointUnderTooSmallAnAngleGoes) {
 // Two photos of mamechun-room and their ten false points had shrunk to 1e-8 of its size.
 TEST_F(FiltersTest, APointAtTheCentreOfAPhotoGoes) {
   const Point3DId id = FindPoint(2);
-  Reconstruction& model = MapAccess::Model(&map_);
-  while (Point(id).Track().Length() > 2) {
-    const TrackElement last = Point(id).Track().Elements().back();
-    model.DeleteObservation(last.image_id, last.point2D_idx);
-  }
+  KeepTwoObservations(id);
   const ImageId photo = Point(id).Track().Element(1).image_id;
-  const Image& image = model.Image(photo);
+  const Image& image = map_.reconstruction().Image(photo);
   const auto move_to = [&](double depth) {
     map_.SetPoint(id, image.ProjectionCenter() + depth * image.RotationMatrix().row(2).transpose());
   };
@@ -103,10 +103,7 @@ TEST_F(FiltersTest, APointOfTwoPhotosHasToFitAsWellAsThoseOfMore) {
   const Point3DId good = *std::find_if(ids.begin(), ids.end(), [this](Point3DId id) {
     return Point(id).Track().Length() >= 4 && Point(id).Error() < 0.25;
   });
-  while (Point(good).Track().Length() > 2) {
-    const TrackElement last = Point(good).Track().Elements().back();
-    model.DeleteObservation(last.image_id, last.point2D_idx);
-  }
+  KeepTwoObservations(good);
   FilterPointsOfTwoPhotos(&map_);
   ASSERT_TRUE(map_.reconstruction().ExistsPoint3D(good));
   const auto move = [&](Point3DId id) {
