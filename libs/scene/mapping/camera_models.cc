@@ -92,6 +92,7 @@ class Chooser {
     const std::vector<Camera> chosen = Choose();
     const bool is_adjusted = !chosen.empty() && Adjust(chosen);
     SetCameras(before_, &map_);
+    if (options_.stop && options_.stop()) return false;  // of fits that are not complete
     for (const Camera& camera : before_) map_.NoteModelChosen(camera.CameraId());
     if (!is_adjusted) return false;
     SetCameras(chosen, &map_);
