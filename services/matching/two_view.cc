@@ -15,7 +15,7 @@ namespace {
 constexpr double kMinEFInlierRatio = 0.95;
 constexpr double kMaxHInlierRatio = 0.8;
 
-// Of a search: samples come from the surest matches first.
+// A search draws its samples from the surest matches first.
 constexpr int kMaxTrials = 1000;
 
 // Even when all matches must be inliers, some samples are too close together for a good model.

@@ -59,7 +59,7 @@ struct Depth {
   double depth;
 };
 
-// Of the observed points, in units of the world.
+// The depths of the observed points, in units of the world.
 std::vector<Depth> DepthsOf(const Reconstruction& reconstruction, const Image& image) {
   const Eigen::Vector3d forward = image.RotationMatrix().row(2);
   std::vector<Depth> depths;

@@ -17,8 +17,9 @@ namespace skein {
 namespace {
 
 constexpr int kMinPhotosOfModel = 3;
-// Of the errors with square pixels, if photos are squeezed: 0.2 of those of photos stretched by a
-// third. A rolling shutter left 0.99, the shape of the ground under parallel lines of flight 0.98.
+// Photos are squeezed if a free focal ratio leaves at most this part of the errors with square
+// pixels. Photos stretched by a third left 0.2, a rolling shutter 0.99, and the shape of the ground
+// under parallel lines of flight 0.98.
 constexpr double kMaxLeftIfSqueezed = 0.5;
 constexpr double kErrorCapPx = 100;  // what an observation may add, also one behind the camera
 

@@ -330,9 +330,7 @@ void Submap::Consolidate(const EventSink& sink, const Absorb& absorb) {
   const double refine_s = timer.ElapsedS();
   const GlobalBaCost cost = adjuster_.TakeCost();
   timer.Restart();
-  Batch batch;
-  batch.absorb = absorb;
-  MapAsBatch(batch, sink);
+  MapAsBatch({false, {}, absorb}, sink);
   LogInfo("consolidated: {} photos, {} ({:.2f} s), rebuild {:.2f} s",
           map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
@@ -536,9 +534,7 @@ void Submap::Finish(const EventSink& sink, const Absorb& absorb) {
   Consolidate(sink, absorb);
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
-  Batch batch;
-  batch.absorb = absorb;
-  if (MapAsBatch(batch, sink)) AdjustWithPointsAnew(sink);
+  if (MapAsBatch({false, {}, absorb}, sink)) AdjustWithPointsAnew(sink);
   if (grew_on_false_pose_ && !options_.IsStopped()) TakeSmallerError(sink);
 }
 
