@@ -43,13 +43,8 @@ int FilterPoint(double max_error_px, Point3DId id,
     }
   }
   if (!DeleteObservations(bad, id, reconstruction)) return length;
-  Point3D& point = reconstruction->Point3D(id);
-  if (!HasTriangulationAngle(*reconstruction, point, DegToRad(limits::kMinTriangulationAngleDeg))) {
-    reconstruction->DeletePoint3D(id);
-    return length;
-  }
   if (static_cast<int>(errors.size()) == length) {
-    point.SetError(sum / static_cast<double>(errors.size() - bad.size()));
+    reconstruction->Point3D(id).SetError(sum / static_cast<double>(errors.size() - bad.size()));
   }
   return static_cast<int>(bad.size());
 }
@@ -93,6 +88,33 @@ double SumOfSquaredErrors(const Reconstruction& reconstruction, const Point3D& p
   return sum;
 }
 
+// The observations of a point that goes as its angle is too small.
+int FilterByAngle(Point3DId id, Reconstruction* model) {
+  constexpr double kMinAngleRad = DegToRad(limits::kMinTriangulationAngleDeg);
+  if (!model->ExistsPoint3D(id)) return 0;
+  const Point3D& point = model->Point3D(id);
+  if (HasTriangulationAngle(*model, point, kMinAngleRad)) return 0;
+  const int length = static_cast<int>(point.Track().Length());
+  model->DeletePoint3D(id);
+  return length;
+}
+
+int FilterObservations(const std::vector<Point3DId>& points, double max_error_px,
+                       Reconstruction* model) {
+  int num_filtered = 0;
+  std::vector<std::pair<TrackElement, double>> errors;
+  for (const Point3DId id : points) {
+    if (!model->ExistsPoint3D(id)) continue;
+    const Point3D& point = model->Point3D(id);
+    errors.clear();
+    for (const TrackElement& element : point.Track().Elements()) {
+      errors.emplace_back(element, std::sqrt(SquaredError(*model, point, element)));
+    }
+    num_filtered += FilterPoint(max_error_px, id, errors, model);
+  }
+  return num_filtered;
+}
+
 }  // namespace
 
 std::vector<Point3DId> AllPoints(const SceneMap& map) {
@@ -127,9 +149,14 @@ int FilterBundle(const Bundle& bundle, SceneMap* map) {
           TrackElement(bundle.poses[observation.pose].image_id, observation.point2D_idx),
           errors[i]);
     }
-    num_filtered += FilterPoint(limits::kMaxErrorPx, point.point3D_id, of_point, &reconstruction);
+    num_filtered += FilterPoint(limits::kMaxErrorPx, point.point3D_id, of_point, &reconstruction) +
+                    FilterByAngle(point.point3D_id, &reconstruction);
   }
   return num_filtered;
+}
+
+int FilterObservations(const std::vector<Point3DId>& points, SceneMap* map) {
+  return FilterObservations(points, limits::kMaxErrorPx, &MapAccess::Model(map));
 }
 
 int FilterPoints(const std::vector<Point3DId>& points, SceneMap* map, double max_error_px) {
@@ -137,17 +164,8 @@ int FilterPoints(const std::vector<Point3DId>& points, SceneMap* map, double max
 }
 
 int FilterPoints(const std::vector<Point3DId>& points, Reconstruction* model, double max_error_px) {
-  int num_filtered = 0;
-  std::vector<std::pair<TrackElement, double>> errors;
-  for (const Point3DId id : points) {
-    if (!model->ExistsPoint3D(id)) continue;
-    const Point3D& point = model->Point3D(id);
-    errors.clear();
-    for (const TrackElement& element : point.Track().Elements()) {
-      errors.emplace_back(element, std::sqrt(SquaredError(*model, point, element)));
-    }
-    num_filtered += FilterPoint(max_error_px, id, errors, model);
-  }
+  int num_filtered = FilterObservations(points, max_error_px, model);
+  for (const Point3DId id : points) num_filtered += FilterByAngle(id, model);
   return num_filtered;
 }
 

@@ -21,6 +21,11 @@ int FilterPoints(const std::vector<Point3DId>& points, SceneMap* map,
 int FilterPoints(const std::vector<Point3DId>& points, Reconstruction* model,
                  double max_error_px = limits::kMaxErrorPx);
 
+// Leaves points with small angles. While a focal length that was guessed too long gets shorter, all
+// angles get smaller: a map of little parallax that is filtered by angles in each round of its last
+// adjustment loses its points, and then its photos.
+int FilterObservations(const std::vector<Point3DId>& points, SceneMap* map);
+
 // Removes the observations of these photos that are nearer than a hundredth of the median depth of
 // their photo: no lens is sharp at both. False matches of two photos alone fit best if the photos
 // and their points shrink to one spot; the expected error is unknown then. `photos`: registered.

@@ -72,8 +72,8 @@ BundleOptions Adjuster::GlobalBaOptions(bool converge) const {
 }
 
 // Returns (observations filtered or added after the BA) / observations. Without `converge` tracks
-// are completed and filtered; with it they are only filtered.
-double Adjuster::RunGlobalBa(bool converge) {
+// are completed and filtered; with it they are only filtered. `final`: by their errors alone.
+double Adjuster::RunGlobalBa(bool converge, bool final) {
   const size_t num_observations = map_.reconstruction().ComputeNumObservations();
   ++cost_.num_rounds;
   Timer timer;
@@ -88,15 +88,16 @@ double Adjuster::RunGlobalBa(bool converge) {
   ApplyBundle(bundle, &map_);
   size_t num_changed = 0;
   if (!converge) num_changed += GrowTracks(options_.num_threads, AllPoints(map_), &map_);
-  num_changed += FilterPoints(AllPoints(map_), &map_);
+  const std::vector<Point3DId> points = AllPoints(map_);
+  num_changed += final ? FilterObservations(points, &map_) : FilterPoints(points, &map_);
   num_changed += FilterNearPoints(map_.reconstruction().RegImageIds(), &map_);
   cost_.tracks_s += timer.ElapsedS();
   return static_cast<double>(num_changed) / std::max<size_t>(1, num_observations);
 }
 
-void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converge) {
+void Adjuster::AdjustUntilStable(int max_rounds, double max_change, bool converge, bool final) {
   for (int i = 0; i < max_rounds; ++i) {
-    if (RunGlobalBa(converge) < max_change || options_.IsStopped()) break;
+    if (RunGlobalBa(converge, final) < max_change || options_.IsStopped()) break;
   }
 }
 
@@ -107,8 +108,9 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
     Retriangulate(map_.pairs(), &map_);
     cost_.retriangulate_s += timer.ElapsedS();
   }
-  AdjustUntilStable(max_rounds, final ? kMaxChangeBefore : kMaxChange, false);
-  if (final && !options_.IsStopped()) AdjustUntilStable(max_rounds, kMaxChange, true);
+  AdjustUntilStable(max_rounds, final ? kMaxChangeBefore : kMaxChange, false, final);
+  if (final && !options_.IsStopped()) AdjustUntilStable(max_rounds, kMaxChange, true, final);
+  if (final) FilterPoints(AllPoints(map_), &map_);
   adjusted_ = map_.reconstruction().RegImageIds();
   MarkCamerasRefined();
   NoteSize();

@@ -79,8 +79,8 @@ class Adjuster {
   void set_size_at_global(const Size& size) { size_at_global_ = size; }
 
  private:
-  void AdjustUntilStable(int max_rounds, double max_change, bool converge);
-  double RunGlobalBa(bool converge);
+  void AdjustUntilStable(int max_rounds, double max_change, bool converge, bool final);
+  double RunGlobalBa(bool converge, bool final);
 
   const SubmapOptions& options_;
   SceneMap& map_;
