@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <fstream>
 
-#include "surface/mesh_files.h"
+#include "texture/mesh_files.h"
 
 namespace skein::surface_distance_test {
 

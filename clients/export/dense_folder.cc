@@ -1,5 +1,6 @@
 #include "clients/export/dense_folder.h"
 
+#include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <opencv2/imgproc.hpp>
@@ -14,7 +15,8 @@
 #include "depth/model_depths.h"
 #include "export/las.h"
 #include "export/written_names.h"
-#include "surface/mesh_files.h"
+#include "texture/mesh_files.h"
+#include "texture/mesh_texture.h"
 
 namespace skein {
 namespace {
@@ -53,11 +55,13 @@ class DenseFolder {
   size_t size() const { return scene_.names.size(); }
   bool Has(const std::string& format) const { return options_.formats.count(format) > 0; }
 
+  Result<cv::Mat3b> Photo(size_t i) const {
+    const Camera& camera = model_.Camera(static_cast<CameraId>(scene_.cameras[i]));
+    return ReadPhoto(photo_source_, scene_.names[i], camera);
+  }
+
   Status MakeDepths(const std::function<void()>& on_photo, const fs::path& folder) {
-    const auto photo = [this](size_t i) {
-      const Camera& camera = model_.Camera(static_cast<CameraId>(scene_.cameras[i]));
-      return ReadPhoto(photo_source_, scene_.names[i], camera);
-    };
+    const auto photo = [this](size_t i) { return Photo(i); };
     Result<ModelDepths> depths = MakeModelDepths(scene_, options_.size_px, photo, on_photo, folder);
     if (depths.ok()) depths_ = *std::move(depths);
     return depths.status();
@@ -169,14 +173,41 @@ class DenseFolder {
   Status WriteMesh(const fs::path& folder, DenseFigures* figures) const {
     MeshOptions options;
     options.max_triangles = options_.mesh_triangles;
-    const Result<ModelMesh> made = MakeModelMesh(ColouredMaps(), options);
+    const std::vector<ColouredMap> maps = ColouredMaps();
+    const Result<ModelMesh> made = MakeModelMesh(maps, options);
     if (!made.ok()) return made.status();
-    figures->num_triangles = made->mesh.NumTriangles();
+    const SurfaceMesh& mesh = made->mesh;
+    const auto parts = TextureOf(mesh, maps, PhotosForTexture());
+    if (!parts.ok()) return parts.status();
+    figures->num_triangles = mesh.NumTriangles();
+    for (const MeshPart& part : *parts) {
+      if (!part.texture.empty())
+        figures->num_textured += static_cast<int64_t>(part.indices.size() / 3);
+    }
     figures->quality.mesh_voxel = made->voxel;
-    const Status written = WriteFileAtomic((folder / "mesh.ply").string(), MeshPly(made->mesh));
+    const Status written = WriteFileAtomic((folder / "mesh.ply").string(), MeshPly(mesh));
     if (!written.ok()) return written;
     const bool z_up = options_.origin.has_value();
-    return WriteFileAtomic((folder / "mesh.glb").string(), MeshGlb(made->mesh, z_up));
+    return WriteFileAtomic((folder / "mesh.glb").string(), MeshGlb(mesh, *parts, z_up));
+  }
+
+  // As large as they are.
+  TexturePhotos PhotosForTexture() const {
+    TexturePhotos photos;
+    const auto longer_side = [](const LensCamera& lens) {
+      return std::max(lens.width, lens.height);
+    };
+    for (const LensCamera& lens : scene_.lenses) {
+      photos.cameras.push_back(PhotoTable::CameraOf(lens, longer_side(lens)));
+    }
+    photos.pixels = [=, table = std::optional<PhotoTable>(), camera = -1](size_t i) mutable {
+      const LensCamera& lens = scene_.lenses[i];
+      const int last = std::exchange(camera, scene_.cameras[i]);
+      if (!table || camera != last) table.emplace(lens, longer_side(lens));
+      Result<cv::Mat3b> photo = Photo(i);
+      return photo.ok() ? table->Apply(*photo) : std::move(photo);
+    };
+    return photos;
   }
 
   Status WriteGroundFiles(const fs::path& folder, DenseFigures* figures) const {

@@ -35,6 +35,7 @@ struct DenseFigures {
   SurfaceQuality quality;
   int64_t num_points = 0;     // of kDense and kLas
   int64_t num_triangles = 0;  // of kMesh
+  int64_t num_textured = 0;   // of these, in mesh.glb
   // The orthophoto's: side of a cell, the share of the grid that has a colour, and where up comes
   // from (Ground::Up).
   double cell = 0, grid_completeness = 0;
@@ -46,8 +47,9 @@ struct DenseFigures {
 //  - "dense": dense.ply, points with normals and colours in the model's frame, binary;
 //  - "las": dense.las, the same points without normals (export/las.h), on the earth if `origin` is
 //    given;
-//  - "mesh": mesh.ply and mesh.glb, the surface as triangles (surface/model_mesh.h); the glTF file
-//    has y up where `origin` is given, else the model's frame;
+//  - "mesh": the surface as triangles (surface/model_mesh.h): mesh.ply with a colour a vertex, and
+//    mesh.glb, whose textures are parts of the photos (texture/mesh_texture.h) at their full size;
+//    the glTF file has y up where `origin` is given, else the model's frame;
 //  - "depth": in depth/, of each photo NAME.png (16 bit), NAME.pfm and NAME.error.pfm, and
 //    cameras.json with scale, intrinsics, pose and counts of depths (depth/depth_quality.h) of
 //    each; masks/PHOTO.JPG.png is the StaticMask (depth/consistency.h) of photo PHOTO.JPG, in its

@@ -241,6 +241,7 @@ TEST_F(DenseFolderTest, TheMeshIsTheWall) {
   const Result<DenseFigures> figures = Write({kMesh}, Photo);
   ASSERT_TRUE(figures.ok()) << figures.error();
   EXPECT_GT(figures->num_triangles, kWallWidth * kWallHeight / 2);
+  EXPECT_GT(figures->num_textured, figures->num_triangles * 9 / 10);
   EXPECT_EQ(figures->quality.mesh_voxel, figures->quality.ground_sampling_distance);
   const Bytes ply = *ReadFile((folder_.path() / "mesh.ply").string());
   const Bytes glb = *ReadFile((folder_.path() / "mesh.glb").string());

@@ -204,8 +204,10 @@ void TellFigures(const DenseFigures& figures, const ExportOptions& options) {
   if (Has(options, kMesh)) {
     const double pixels =
         figures.quality.mesh_voxel.value_or(0) / figures.quality.ground_sampling_distance;
-    std::cout << ", a mesh of " << figures.num_triangles << " triangles, its voxels "
-              << std::lround(10 * pixels) / 10.0 << " pixels wide on the ground";
+    std::cout << ", a mesh of " << figures.num_triangles << " triangles, "
+              << 100 * figures.num_textured / figures.num_triangles
+              << " % of them with a texture, its voxels " << std::lround(10 * pixels) / 10.0
+              << " pixels wide on the ground";
   }
   if (Has(options, kOrthophoto)) TellGround(figures);
   std::cout << std::endl << LineOf(figures.quality) << std::endl;

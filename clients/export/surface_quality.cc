@@ -6,7 +6,7 @@
 #include <sstream>
 #include <vector>
 
-#include "depth/ground_grid.h"
+#include "depth/coloured_map.h"
 
 namespace skein {
 namespace {

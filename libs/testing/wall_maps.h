@@ -1,7 +1,7 @@
 // Depth maps of a wall with a colour, for tests.
 #pragma once
 
-#include "depth/ground_grid.h"
+#include "depth/coloured_map.h"
 #include "testing/wall_photos.h"
 
 namespace skein::surface_test {

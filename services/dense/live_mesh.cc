@@ -12,7 +12,7 @@
 #include "core/log.h"
 #include "core/statistics.h"
 #include "dense/box_steps.h"
-#include "depth/ground_grid.h"
+#include "depth/coloured_map.h"
 #include "formats/mesh_chunk.h"
 #include "surface/surface_nets.h"
 #include "surface/surface_volume.h"

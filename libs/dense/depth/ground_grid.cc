@@ -5,8 +5,6 @@
 #include <limits>
 #include <optional>
 
-#include "core/statistics.h"
-
 namespace skein {
 namespace {
 
@@ -14,8 +12,7 @@ constexpr double kBeyondGrid = 0.002;  // part of the points, on each side of th
 constexpr double kTopCells =
     2;  // points of a cell's top surface lie so many sides below the highest
 constexpr int kFillPasses = 2, kFillNeighbours = 5;
-constexpr float kSeenDepth = 0.02f;  // part of the depth
-constexpr float kFeather = 0.2f;     // part of the best photo's score
+constexpr float kFeather = 0.2f;  // part of the best photo's score
 constexpr float kHole = std::numeric_limits<float>::quiet_NaN();
 
 struct Span {
@@ -183,7 +180,6 @@ class GridMaker {
   template <typename Function>
   void ForEachSeenCell(size_t index, const Function& visit) const {
     const DepthMap& map = *maps_[index].map;
-    const cv::Mat1b* mask = maps_[index].mask;
     const cv::Rect& footprint = footprints_[index];
     const Eigen::Isometry3d cam_from_level = CamFromLevel(map);
     const Eigen::Vector3d vertical = cam_from_level.linear().col(2);
@@ -191,10 +187,10 @@ class GridMaker {
       for (int column = footprint.x; column < footprint.br().x; ++column) {
         if (grid_.IsHole(row, column)) continue;
         const Eigen::Vector3d camera = cam_from_level * MiddleOf(row, column);
-        const auto pixel = PixelOf(map, camera);
-        if (!pixel || (mask != nullptr && IsMasked(*mask, *pixel))) continue;
+        const auto pixel = PixelThatShows(maps_[index], camera);
+        if (!pixel) continue;
         const double cosine = std::abs(vertical.dot(camera)) / camera.norm();
-        visit(cv::Point(column, row), *pixel, Score(map, *pixel, camera.z(), cosine));
+        visit(cv::Point(column, row), *pixel, ViewScore(map, *pixel, camera.z(), cosine));
       }
     }
   }
@@ -212,36 +208,6 @@ class GridMaker {
       }
     }
     return footprint;
-  }
-
-  // The pixel in which the map shows a point of the camera's frame.
-  static std::optional<Eigen::Vector2d> PixelOf(const DepthMap& map,
-                                                const Eigen::Vector3d& camera) {
-    if (!(camera.z() > 0)) return std::nullopt;
-    const Eigen::Vector2d pixel = map.camera.Pixel(camera.hnormalized());
-    if (!(pixel.minCoeff() >= 1 && pixel.x() < map.depth.cols - 1 &&
-          pixel.y() < map.depth.rows - 1)) {
-      return std::nullopt;
-    }
-    const float depth = map.depth(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));
-    const float z = static_cast<float>(camera.z());
-    if (!(std::abs(depth - z) <= kSeenDepth * z)) return std::nullopt;
-    return pixel;
-  }
-
-  // Whether the mask is 0 at one of the pixels that Add reads.
-  static bool IsMasked(const cv::Mat1b& mask, const Eigen::Vector2d& pixel) {
-    const int left = static_cast<int>(pixel.x() - 0.5), top = static_cast<int>(pixel.y() - 0.5);
-    return std::min({mask(top, left), mask(top, left + 1), mask(top + 1, left),
-                     mask(top + 1, left + 1)}) == 0;
-  }
-
-  // s cos a / g.
-  static float Score(const DepthMap& map, const Eigen::Vector2d& pixel, double depth,
-                     double cosine) {
-    const double border =
-        std::min({pixel.x(), pixel.y(), map.depth.cols - pixel.x(), map.depth.rows - pixel.y()});
-    return static_cast<float>(border * cosine * map.camera.focal_px.x() / depth);
   }
 
   static void Add(const cv::Mat3b& colours, const Eigen::Vector2d& pixel, float weight,
@@ -287,15 +253,6 @@ double GroundGrid::Completeness() const {
   cv::Mat1b alpha;
   cv::extractChannel(colour, alpha, 3);
   return static_cast<double>(cv::countNonZero(alpha)) / alpha.total();
-}
-
-double GroundSamplingDistance(const std::vector<ColouredMap>& maps) {
-  std::vector<double> sizes;
-  for (const ColouredMap& map : maps) {
-    const double size = map.map->MedianDepth() / map.map->camera.focal_px.x();
-    if (size > 0) sizes.push_back(size);
-  }
-  return UpperMedian(std::move(sizes));
 }
 
 GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps,

@@ -5,8 +5,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "depth/dense_points.h"
-#include "depth/depth_map.h"
+#include "depth/coloured_map.h"
 
 namespace skein {
 
@@ -22,24 +21,13 @@ struct GroundGrid {
   double Completeness() const;  // share of cells that have a colour
 };
 
-// A depth map with the colours of its pixels.
-struct ColouredMap {
-  const DepthMap* map;
-  const cv::Mat3b* colours;
-  const std::vector<DensePoint>* points;  // of PointsOf; nullptr where only the map matters
-  const cv::Mat1b* mask = nullptr;        // 0: the pixel colours no ground; nullptr: none is 0
-};
-
-// Median over the maps of the surface that a pixel covers.
-double GroundSamplingDistance(const std::vector<ColouredMap>& maps);
-
 // A grid over the maps' points, in the frame that `level_from_model` leads to. `cell`: its side,
 // made larger where it would have more than `most_cells`. A cell without points is a hole, but for
 // gaps between samples: a hole with at least five of eight neighbours gets their mean.
 //
-// A cell has the colour of the photo that sees it best: the largest s cos a / g. s: distance from
-// the photo's border, a: angle from the vertical, g: ground sampling distance. Seams are feathered:
-// a photo with a share q > 0.8 of the largest s cos a / g has the weight (q - 0.8) / 0.2 in a mean.
+// A cell has the colour of the photo that sees it best: the largest ViewScore, with the vertical as
+// the normal. Seams are feathered: a photo with a share q > 0.8 of the largest score has the weight
+// (q - 0.8) / 0.2 in a mean.
 // Takes 33 bytes a cell. An empty grid without points.
 GroundGrid MakeGroundGrid(const std::vector<ColouredMap>& maps,
                           const Eigen::Isometry3d& level_from_model, double cell,

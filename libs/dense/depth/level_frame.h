@@ -5,8 +5,8 @@
 #include <Eigen/Geometry>
 #include <vector>
 
+#include "depth/coloured_map.h"
 #include "depth/depth_map.h"
-#include "depth/ground_grid.h"
 
 namespace skein {
 

@@ -13,7 +13,7 @@
 
 #include "core/result.h"
 #include "core/threads.h"
-#include "depth/ground_grid.h"
+#include "depth/coloured_map.h"
 #include "surface/block.h"
 #include "surface/map_band.h"
 

@@ -1,11 +1,12 @@
 // The files of mesh_files.h, read by readers after the formats' own documentation, which share no
 // code with the writers.
-#include "surface/mesh_files.h"
+#include "texture/mesh_files.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <opencv2/imgcodecs.hpp>
 #include <sstream>
 #include <stdexcept>
 
@@ -20,6 +21,7 @@ using nlohmann::json;
 struct ReadMesh {
   std::vector<Eigen::Vector3d> positions, normals;
   std::vector<std::array<double, 3>> colours;  // as stored
+  std::vector<Eigen::Vector2f> places;         // in a texture
   std::vector<int64_t> indices;
 };
 
@@ -82,8 +84,8 @@ class GlbReader {
     EXPECT_EQ(gltf["buffers"][0]["byteLength"], glb.size() - binary_);
   }
 
-  ReadMesh Read() const {
-    const json& primitive = gltf["meshes"][0]["primitives"][0];
+  ReadMesh Read(size_t part = 0) const {
+    const json& primitive = gltf["meshes"][0]["primitives"][part];
     const json& attributes = primitive["attributes"];
     ReadMesh mesh;
     const auto& t = gltf["nodes"][0]["translation"];
@@ -92,14 +94,36 @@ class GlbReader {
             [&](size_t at) { mesh.positions.push_back(translation + ReadVector(glb_, at)); });
     ForEach(attributes["NORMAL"], 5126, "VEC3", 12,
             [&](size_t at) { mesh.normals.push_back(ReadVector(glb_, at)); });
-    ForEach(attributes["COLOR_0"], 5123, "VEC4", 8, [&](size_t at) {
-      mesh.colours.push_back({ReadAt<uint16_t>(glb_, at) / 65535.0,
-                              ReadAt<uint16_t>(glb_, at + 2) / 65535.0,
-                              ReadAt<uint16_t>(glb_, at + 4) / 65535.0});
-    });
+    if (attributes.contains("COLOR_0")) {
+      ForEach(attributes["COLOR_0"], 5123, "VEC4", 8, [&](size_t at) {
+        mesh.colours.push_back({ReadAt<uint16_t>(glb_, at) / 65535.0,
+                                ReadAt<uint16_t>(glb_, at + 2) / 65535.0,
+                                ReadAt<uint16_t>(glb_, at + 4) / 65535.0});
+      });
+    }
+    if (attributes.contains("TEXCOORD_0")) {
+      ForEach(attributes["TEXCOORD_0"], 5126, "VEC2", 8, [&](size_t at) {
+        mesh.places.emplace_back(ReadAt<float>(glb_, at), ReadAt<float>(glb_, at + 4));
+      });
+    }
     ForEach(primitive["indices"], 5125, "SCALAR", 4,
             [&](size_t at) { mesh.indices.push_back(ReadAt<uint32_t>(glb_, at)); });
     return mesh;
+  }
+
+  // The texture of a part, as a decoder of JPEG reads it.
+  cv::Mat3b Texture(size_t part) const {
+    const json& primitive = gltf["meshes"][0]["primitives"][part];
+    const json& material = gltf["materials"][primitive["material"].get<size_t>()];
+    const json& texture = material["pbrMetallicRoughness"]["baseColorTexture"]["index"];
+    const json& source = gltf["textures"][texture.get<size_t>()]["source"];
+    const json& image = gltf["images"][source.get<size_t>()];
+    EXPECT_EQ(image["mimeType"], "image/jpeg");
+    const json& view = gltf["bufferViews"][image["bufferView"].get<size_t>()];
+    const auto begin =
+        glb_.begin() + static_cast<ptrdiff_t>(binary_ + view["byteOffset"].get<size_t>());
+    const std::vector<uint8_t> jpeg(begin, begin + view["byteLength"].get<ptrdiff_t>());
+    return cv::imdecode(jpeg, cv::IMREAD_COLOR);
   }
 
   json gltf;
@@ -121,6 +145,18 @@ class GlbReader {
   const std::string& glb_;
   size_t binary_ = 0;
 };
+
+// All triangles with the colours of their vertices.
+std::vector<MeshPart> WithoutTexture(const SurfaceMesh& mesh) {
+  MeshPart part;
+  for (uint32_t i = 0; i < mesh.vertices.size(); ++i) part.vertices.push_back(i);
+  part.indices = mesh.indices;
+  return {part};
+}
+
+std::string Glb(const SurfaceMesh& mesh, bool z_up) {
+  return MeshGlb(mesh, WithoutTexture(mesh), z_up);
+}
 
 void ExpectIndicesInRange(const ReadMesh& mesh) {
   ASSERT_EQ(mesh.indices.size() % 3, 0U);
@@ -164,7 +200,7 @@ TEST(MeshFiles, PlyHoldsTheWall) {
 }
 
 TEST(MeshFiles, GlbHoldsTheWall) {
-  const std::string glb = MeshGlb(WallMesh().mesh, false);
+  const std::string glb = Glb(WallMesh().mesh, false);
   const GlbReader reader(glb);
   const ReadMesh read = reader.Read();
   ASSERT_EQ(read.positions.size(), WallMesh().mesh.vertices.size());
@@ -188,7 +224,7 @@ TEST(MeshFiles, GlbHoldsTheWall) {
 }
 
 TEST(MeshFiles, GlbHasYUpWhereTheFrameHasZUp) {
-  const std::string turned = MeshGlb(Square(), true), plain = MeshGlb(Square(), false);
+  const std::string turned = Glb(Square(), true), plain = Glb(Square(), false);
   const ReadMesh up = GlbReader(turned).Read(), as_is = GlbReader(plain).Read();
   EXPECT_EQ(up.positions[2], Eigen::Vector3d(100002.25, 50, -200001.5));
   EXPECT_EQ(up.normals[2], Eigen::Vector3d(0, 1, 0));
@@ -196,7 +232,7 @@ TEST(MeshFiles, GlbHasYUpWhereTheFrameHasZUp) {
 }
 
 TEST(MeshFiles, GlbHasLinearColours) {
-  const std::string glb = MeshGlb(Square(), true);
+  const std::string glb = Glb(Square(), true);
   const std::array<double, 3> colour = GlbReader(glb).Read().colours[0];
   EXPECT_EQ(colour[0], 1);
   EXPECT_NEAR(colour[1], 0.2158, 1e-4);
@@ -209,7 +245,28 @@ TEST(MeshFiles, PlyIsInTheFrameOfTheMaps) {
 }
 
 TEST(MeshFiles, GlbNeedsATriangle) {
-  EXPECT_THROW(MeshGlb(SurfaceMesh(), true), std::invalid_argument);
+  EXPECT_THROW(MeshGlb(SurfaceMesh(), {}, true), std::invalid_argument);
+}
+
+TEST(MeshFiles, GlbHoldsATextureAndTheRestOfTheTriangles) {
+  MeshPart textured, rest;
+  textured.texture = cv::Mat3b(5, 7, cv::Vec3b(10, 20, 200));  // 5 x 7: no multiple of four bytes
+  textured.vertices = {0, 1, 2};
+  textured.places = {{0, 1}, {1, 1}, {1, 0}};
+  rest.vertices = {0, 2, 3};
+  textured.indices = rest.indices = {0, 1, 2};
+  const std::string glb = MeshGlb(Square(), {textured, rest}, false);
+  const GlbReader reader(glb);
+  const ReadMesh first = reader.Read(0), second = reader.Read(1);
+  EXPECT_EQ(first.positions[1], Eigen::Vector3d(100002.25, 200000.5, 50));
+  EXPECT_EQ(first.places, textured.places);
+  EXPECT_TRUE(first.colours.empty()) << "glTF would multiply texture and colours";
+  EXPECT_EQ(second.positions[2], Eigen::Vector3d(100000.25, 200001.5, 50));
+  EXPECT_TRUE(second.places.empty());
+  EXPECT_EQ(second.colours.size(), 3U);
+  const cv::Mat3b texture = reader.Texture(0);
+  ASSERT_EQ(texture.size(), textured.texture.size());
+  EXPECT_LT(cv::norm(texture, textured.texture, cv::NORM_INF), 4);
 }
 
 }  // namespace
