@@ -23,7 +23,7 @@ struct ColouredMap {
 double GroundSamplingDistance(const std::vector<ColouredMap>& maps);
 
 // The pixel in which the map shows a point of its camera's frame. nullopt: the map's depth there is
-// more than 2 % off, the pixel or one beside it is masked, or lies on the map's border.
+// more than 0.5 % off, the pixel or one beside it is masked, or lies on the map's border.
 std::optional<Eigen::Vector2d> PixelThatShows(const ColouredMap& map,
                                               const Eigen::Vector3d& in_camera);
 
