@@ -84,8 +84,7 @@ bool TruePlace::SeesToo(int photo, int other, const Eigen::Vector3d& point) cons
   constexpr double kMinAngle = 1, kMaxAngle = 45;  // degrees
   constexpr float kBeforePoint = 1 - 1e-3f;        // of the way to it
   const DepthPhoto& to = photos_[other];
-  const Eigen::Vector3d in_camera =
-      to.cam_from_world.rotation * point + to.cam_from_world.translation;
+  const Eigen::Vector3d in_camera = to.cam_from_world.ToCamera(point);
   if (in_camera.z() <= 0) return false;
   const Eigen::Array2d pixel = to.camera.Pixel(in_camera.hnormalized());
   const Eigen::Array2d size(to.camera.width, to.camera.height);

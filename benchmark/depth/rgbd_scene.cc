@@ -79,7 +79,7 @@ Eigen::Vector3d WorldPoint(const Frame& frame, const DepthCamera& camera, int x,
 }
 
 bool Confirms(const Frame& frame, const DepthCamera& camera, const Eigen::Vector3d& point) {
-  const Eigen::Vector3d p = frame.pose.rotation * point + frame.pose.translation;
+  const Eigen::Vector3d p = frame.pose.ToCamera(point);
   if (p.z() <= 0) return false;
   const Eigen::Vector2d pixel = camera.Pixel(p.hnormalized());
   const int x = static_cast<int>(std::floor(pixel.x())),
@@ -164,7 +164,7 @@ double RgbdGreyDifference(const std::string& folder, const RgbdRig& rig, int ste
         if (!Confirms(frames[i + step], depth, point)) continue;
         int grey[2] = {-1, -1};
         for (int k = 0; k < 2; ++k) {
-          const Eigen::Vector3d p = poses[k].rotation * point + poses[k].translation;
+          const Eigen::Vector3d p = poses[k].ToCamera(point);
           const Eigen::Vector2d pixel = colour.Pixel(p.hnormalized());
           const int u = static_cast<int>(std::floor(pixel.x())),
                     v = static_cast<int>(std::floor(pixel.y()));

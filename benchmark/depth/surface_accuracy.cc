@@ -92,7 +92,7 @@ Truth ReadTruth(const std::string& folder) {
 
 bool Sees(const TruePhoto& photo, const sim::Scene& scene, const Eigen::Vector3d& point) {
   constexpr float kBeforePoint = 1 - 1e-3f;  // of the way to it
-  const Eigen::Vector3d in_camera = photo.pose.rotation * point + photo.pose.translation;
+  const Eigen::Vector3d in_camera = photo.pose.ToCamera(point);
   if (in_camera.z() <= 0) return false;
   const Eigen::Array2d pixel = photo.camera.Pixel(in_camera.hnormalized());
   const Eigen::Array2d size(photo.camera.width, photo.camera.height);

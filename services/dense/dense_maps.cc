@@ -69,7 +69,7 @@ std::vector<std::vector<CameraPoint>> Deal(const std::vector<DensePoint>& points
   std::vector<CameraPoint> all;
   all.reserve(points.size());
   for (const DensePoint& point : points) {
-    all.push_back({pose.rotation * point.position + pose.translation, &point});
+    all.push_back({pose.ToCamera(point.position), &point});
   }
   std::stable_sort(all.begin(), all.end(), [](const CameraPoint& a, const CameraPoint& b) {
     return a.position.z() < b.position.z();
@@ -147,8 +147,7 @@ std::optional<DenseMaps::Fit> DenseMaps::FitOf(const DepthMap& map, const Sparse
                                                const std::vector<Eigen::Vector3d>& points) {
   std::vector<double> ratios;
   for (const int i : photo.points) {
-    const Eigen::Vector3d point =
-        photo.cam_from_world.rotation * points[i] + photo.cam_from_world.translation;
+    const Eigen::Vector3d point = photo.cam_from_world.ToCamera(points[i]);
     if (!(point.z() > 0)) continue;
     const Eigen::Vector2d pixel = map.camera.Pixel(point.hnormalized());
     const bool is_inside =

@@ -42,6 +42,9 @@ struct DepthPose {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
 
   Eigen::Vector3d Centre() const { return -rotation.transpose() * translation; }
+  Eigen::Vector3d ToCamera(const Eigen::Vector3d& in_world) const {
+    return rotation * in_world + translation;
+  }
   Eigen::Vector3d ToWorld(const Eigen::Vector3d& in_camera) const {
     return rotation.transpose() * (in_camera - translation);
   }

@@ -77,7 +77,7 @@ std::vector<InverseDepth> InverseDepthsOf(const SparsePhoto& photo,
   const DepthPose& pose = photo.cam_from_world;
   std::vector<InverseDepth> depths;
   for (const int i : photo.points) {
-    const Eigen::Vector3d point = pose.rotation * points[i] + pose.translation;
+    const Eigen::Vector3d point = pose.ToCamera(points[i]);
     if (!(point.z() > 0 && point.allFinite())) continue;
     depths.push_back({point.hnormalized(), 1 / point.z()});
   }

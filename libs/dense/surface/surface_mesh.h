@@ -20,6 +20,10 @@ struct SurfaceMesh {
   // Indices of three vertices a triangle, counter-clockwise as seen from where the normals point.
   std::vector<uint32_t> indices;
 
+  // In the frame of the maps' poses.
+  Eigen::Vector3d Position(const MeshVertex& vertex) const {
+    return origin + vertex.position.cast<double>();
+  }
   int64_t NumTriangles() const { return static_cast<int64_t>(indices.size() / 3); }
 };
 

@@ -32,7 +32,7 @@ const std::vector<WallMap>& ThreeMaps() {
 }
 
 Eigen::Vector3d PositionOf(const SurfaceMesh& mesh, uint32_t vertex) {
-  return mesh.origin + mesh.vertices[vertex].position.cast<double>();
+  return mesh.Position(mesh.vertices[vertex]);
 }
 
 TEST(SurfaceNets, AWallIsFlat) {

@@ -21,7 +21,7 @@ class BlockUpdate {
   void Apply(const BlockIndex& index, Block* block) const {
     const DepthPose& pose = map_.map->cam_from_world;
     const Eigen::Vector3d corner = kBlockSide * voxel_ * Eigen::Vector3d(index.x, index.y, index.z);
-    const Eigen::Vector3f first = (pose.rotation * corner + pose.translation).cast<float>();
+    const Eigen::Vector3f first = pose.ToCamera(corner).cast<float>();
     for (int i = 0; i < kBlockVoxels; ++i) {
       const Eigen::Vector3f offset(static_cast<float>(i % kBlockSide),
                                    static_cast<float>(i / kBlockSide % kBlockSide),

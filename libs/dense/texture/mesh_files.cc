@@ -225,7 +225,7 @@ std::string MeshPly(const SurfaceMesh& mesh) {
   ply.reserve(ply.size() + kVertexBytes * mesh.vertices.size() +
               kFaceBytes * static_cast<size_t>(mesh.NumTriangles()));
   for (const MeshVertex& vertex : mesh.vertices) {
-    AppendVector((mesh.origin + vertex.position.cast<double>()).cast<float>(), &ply);
+    AppendVector(mesh.Position(vertex).cast<float>(), &ply);
     AppendVector(vertex.normal, &ply);
     for (const uint8_t channel : vertex.colour) Append(channel, &ply);
   }

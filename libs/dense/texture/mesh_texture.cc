@@ -8,7 +8,6 @@
 #include <unordered_map>
 #include <utility>
 
-#include "core/threads.h"
 #include "texture/photo_gains.h"
 #include "texture/triangle_photos.h"
 
@@ -74,6 +73,25 @@ class Packer {
   size_t page_ = 0;
 };
 
+// Adds corners of triangles to a part, a vertex of the mesh once.
+class CornerAdder {
+ public:
+  explicit CornerAdder(MeshPart* part) : part_(*part) {}
+
+  // True if the vertex is new.
+  bool Add(uint32_t vertex) {
+    const auto [at, is_new] =
+        indices_.emplace(vertex, static_cast<uint32_t>(part_.vertices.size()));
+    if (is_new) part_.vertices.push_back(vertex);
+    part_.indices.push_back(at->second);
+    return is_new;
+  }
+
+ private:
+  MeshPart& part_;
+  std::unordered_map<uint32_t, uint32_t> indices_;  // in the part
+};
+
 class Texturer {
  public:
   Texturer(const SurfaceMesh& mesh, const std::vector<ColouredMap>& maps,
@@ -81,8 +99,7 @@ class Texturer {
       : mesh_(mesh), maps_(maps), photos_(photos), options_(options) {}
 
   Result<std::vector<MeshPart>> Make() {
-    const int num_threads = options_.num_threads > 0 ? options_.num_threads : NumHardwareThreads();
-    const std::vector<TriangleViews> views = ViewsOf(mesh_, maps_, num_threads);
+    const std::vector<TriangleViews> views = ViewsOf(mesh_, maps_, options_.num_threads);
     const std::vector<int32_t> neighbours = NeighboursOf(mesh_);
     const std::vector<int32_t> chosen = ChoosePhotos(views, neighbours);
     charts_ = ChartsOf(chosen, neighbours);
@@ -96,9 +113,9 @@ class Texturer {
 
  private:
   Eigen::Vector2d PixelOf(uint32_t vertex, int32_t photo) const {
-    const Eigen::Vector3d point = mesh_.origin + mesh_.vertices[vertex].position.cast<double>();
-    const DepthPose& pose = maps_[photo].map->cam_from_world;
-    return photos_.cameras[photo].Pixel((pose.rotation * point + pose.translation).hnormalized());
+    const Eigen::Vector3d point = mesh_.Position(mesh_.vertices[vertex]);
+    const Eigen::Vector3d in_camera = maps_[photo].map->cam_from_world.ToCamera(point);
+    return photos_.cameras[photo].Pixel(in_camera.hnormalized());
   }
 
   void SetBoxes() {
@@ -161,15 +178,11 @@ class Texturer {
     const Eigen::Array2d ratio(1.0 * chart.place.width / chart.box.width,
                                1.0 * chart.place.height / chart.box.height);
     const Eigen::Array2d page(part->texture.cols, part->texture.rows);
-    std::unordered_map<uint32_t, uint32_t> indices;
+    CornerAdder corners(part);
     for (const size_t triangle : chart.triangles) {
       for (size_t k = 0; k < 3; ++k) {
         const uint32_t vertex = mesh_.indices[3 * triangle + k];
-        const auto [at, is_new] =
-            indices.emplace(vertex, static_cast<uint32_t>(part->vertices.size()));
-        part->indices.push_back(at->second);
-        if (!is_new) continue;
-        part->vertices.push_back(vertex);
+        if (!corners.Add(vertex)) continue;
         const Eigen::Array2d in_box =
             PixelOf(vertex, chart.photo).array() - Eigen::Array2d(chart.box.x, chart.box.y);
         const Eigen::Array2d place =
@@ -203,14 +216,9 @@ class Texturer {
   // Triangles that no photo shows.
   void AddRest(const std::vector<int32_t>& chosen) {
     MeshPart rest;
-    std::unordered_map<uint32_t, uint32_t> indices;
+    CornerAdder corners(&rest);
     for (size_t at = 0; at < mesh_.indices.size(); ++at) {
-      if (chosen[at / 3] >= 0) continue;
-      const uint32_t vertex = mesh_.indices[at];
-      const auto [known, is_new] =
-          indices.emplace(vertex, static_cast<uint32_t>(rest.vertices.size()));
-      if (is_new) rest.vertices.push_back(vertex);
-      rest.indices.push_back(known->second);
+      if (chosen[at / 3] < 0) corners.Add(mesh_.indices[at]);
     }
     if (!rest.indices.empty()) parts_.push_back(std::move(rest));
   }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/result.h"
+#include "core/threads.h"
 #include "depth/coloured_map.h"
 #include "surface/surface_mesh.h"
 
@@ -34,7 +35,7 @@ struct TexturePhotos {
 struct TextureOptions {
   int page_px = 4096;               // side of a texture at most
   int64_t max_pixels = 64'000'000;  // of all textures, gaps not counted; else photos are reduced
-  int num_threads = 0;              // 0: all of this host
+  int num_threads = NumHardwareThreads();
 };
 
 // Parts that hold each triangle once; the last one may have no texture: its triangles are shown by

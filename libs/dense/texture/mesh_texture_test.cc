@@ -80,9 +80,7 @@ class TextureOfWall : public testing::Test {
                         std::min(part.texture.cols - 1, static_cast<int>(pixel.x())));
   }
 
-  Eigen::Vector3d Position(uint32_t vertex) const {
-    return mesh_.origin + mesh_.vertices[vertex].position.cast<double>();
-  }
+  Eigen::Vector3d Position(uint32_t vertex) const { return mesh_.Position(mesh_.vertices[vertex]); }
 
   // Over all vertices with a texture, of the largest difference in a channel.
   double MeanDifference(const std::vector<MeshPart>& parts) const {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 namespace skein {
 namespace {
@@ -21,12 +22,12 @@ class GainSolver {
   }
 
   void Add(size_t triangle, const TriangleViews& views) {
+    std::vector<std::pair<int32_t, Eigen::RowVector3d>> colours;  // of photos, logarithms
     for (int i = 0; i < views.count; ++i) {
-      const auto first = LogColour(triangle, views.photo[i]);
-      for (int j = i + 1; first && j < views.count; ++j) {
-        const auto second = LogColour(triangle, views.photo[j]);
-        if (second) AddPair(views.photo[i], views.photo[j], *second - *first);
-      }
+      const auto colour = LogColour(triangle, views.photo[i]);
+      if (!colour) continue;
+      for (const auto& [photo, other] : colours) AddPair(photo, views.photo[i], *colour - other);
+      colours.emplace_back(views.photo[i], *colour);
     }
   }
 
@@ -51,8 +52,7 @@ class GainSolver {
     for (int k = 0; k < 3; ++k) {
       middle += mesh_.vertices[mesh_.indices[3 * triangle + k]].position.cast<double>() / 3;
     }
-    const DepthPose& pose = map.map->cam_from_world;
-    const Eigen::Vector3d in_camera = pose.rotation * middle + pose.translation;
+    const Eigen::Vector3d in_camera = map.map->cam_from_world.ToCamera(middle);
     const Eigen::Vector2d pixel = map.map->camera.Pixel(in_camera.hnormalized());
     const cv::Vec3b& colour =
         (*map.colours)(static_cast<int>(pixel.y()), static_cast<int>(pixel.x()));

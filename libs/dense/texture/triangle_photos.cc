@@ -21,8 +21,7 @@ class TriangleViewer {
   TriangleViewer(const SurfaceMesh& mesh, const std::vector<ColouredMap>& maps, size_t triangle)
       : maps_(maps) {
     for (int k = 0; k < 3; ++k) {
-      const MeshVertex& vertex = mesh.vertices[mesh.indices[3 * triangle + k]];
-      corners_[k] = mesh.origin + vertex.position.cast<double>();
+      corners_[k] = mesh.Position(mesh.vertices[mesh.indices[3 * triangle + k]]);
     }
     normal_ = (corners_[1] - corners_[0]).cross(corners_[2] - corners_[0]).normalized();
   }
@@ -43,7 +42,7 @@ class TriangleViewer {
     const Eigen::Vector3d normal = pose.rotation * normal_;
     float least = std::numeric_limits<float>::infinity();
     for (const Eigen::Vector3d& corner : corners_) {
-      const Eigen::Vector3d in_camera = pose.rotation * corner + pose.translation;
+      const Eigen::Vector3d in_camera = pose.ToCamera(corner);
       const double cosine = -normal.dot(in_camera) / in_camera.norm();
       if (!(cosine > 0)) return 0;
       const auto pixel = PixelThatShows(map, in_camera);

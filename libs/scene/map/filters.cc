@@ -149,8 +149,8 @@ int FilterBundle(const Bundle& bundle, SceneMap* map) {
           TrackElement(bundle.poses[observation.pose].image_id, observation.point2D_idx),
           errors[i]);
     }
-    num_filtered += FilterPoint(limits::kMaxErrorPx, point.point3D_id, of_point, &reconstruction) +
-                    FilterByAngle(point.point3D_id, &reconstruction);
+    num_filtered += FilterPoint(limits::kMaxErrorPx, point.point3D_id, of_point, &reconstruction);
+    num_filtered += FilterByAngle(point.point3D_id, &reconstruction);
   }
   return num_filtered;
 }
