@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <random>
+#include <unordered_map>
+#include <utility>
 
 #include "core/limits.h"
 #include "map/bundle_assembly.h"
@@ -13,6 +16,38 @@ namespace skein {
 namespace {
 
 constexpr size_t kMinImagesForDistortion = 3;
+
+// In an order by chance, the same each time.
+std::vector<Point3DId> Shuffled(std::vector<Point3DId> points) {
+  std::mt19937 random(1);
+  for (size_t i = points.size(); i > 1; --i) std::swap(points[i - 1], points[random() % i]);
+  return points;
+}
+
+// Those of the points without which an image would have too few.
+std::vector<Point3DId> SomePoints(const Reconstruction& model, std::vector<Point3DId> points) {
+  std::unordered_map<ImageId, int> num_observations;
+  std::vector<Point3DId> some;
+  for (const Point3DId id : Shuffled(std::move(points))) {
+    const std::vector<TrackElement>& track = model.Point3D(id).Track().Elements();
+    const bool is_wanted = std::any_of(track.begin(), track.end(), [&](const TrackElement& e) {
+      return num_observations[e.image_id] < kObservationsOfSome;
+    });
+    if (!is_wanted) continue;
+    for (const TrackElement& element : track) ++num_observations[element.image_id];
+    some.push_back(id);
+  }
+  std::sort(some.begin(), some.end());
+  return some;
+}
+
+BundleRequest WholeMap(const SceneMap& map, bool refine_cameras) {
+  BundleRequest request;
+  request.free = map.reconstruction().RegImageIds();
+  request.points = AscendingPoints(map.reconstruction());
+  request.refine_cameras = refine_cameras;
+  return request;
+}
 
 }  // namespace
 
@@ -74,10 +109,12 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
 }
 
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
-  BundleRequest request;
-  request.free = map.reconstruction().RegImageIds();
-  request.points = AscendingPoints(map.reconstruction());
-  request.refine_cameras = refine_cameras;
+  return BuildBundle(map, WholeMap(map, refine_cameras));
+}
+
+Bundle BuildBundleOfSome(const SceneMap& map, bool refine_cameras) {
+  BundleRequest request = WholeMap(map, refine_cameras);
+  request.points = SomePoints(map.reconstruction(), std::move(request.points));
   return BuildBundle(map, request);
 }
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "testing/synthetic_scene.h"
 
 namespace skein::bundle_builder_test {
@@ -75,6 +78,24 @@ TEST_F(BuildBundleTest, CompletePointsHaveTheirObservationsByAllImages) {
   }
   EXPECT_EQ(bundle.poses.size(), scene_.photos.size());
   for (size_t i = 0; i < bundle.poses.size(); ++i) EXPECT_EQ(bundle.poses[i].constant, i > 0);
+}
+
+TEST(BundleOfSome, HoldsEnoughObservationsOfEachImage) {
+  SyntheticOptions options;
+  options.num_points = 6000;
+  const SyntheticScene scene = MakeScene(options);
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  const Bundle whole = BuildGlobalBundle(map, true), some = BuildBundleOfSome(map, true);
+  ASSERT_EQ(some.poses.size(), whole.poses.size());
+  EXPECT_LT(2 * some.observations.size(), whole.observations.size());
+  std::vector<int> num_observations(some.poses.size()), num_of_all(some.poses.size());
+  for (const BundleObservation& o : some.observations) ++num_observations[o.pose];
+  for (const BundleObservation& o : whole.observations) ++num_of_all[o.pose];
+  for (size_t i = 0; i < some.poses.size(); ++i) {
+    EXPECT_GE(num_observations[i], std::min(kObservationsOfSome, num_of_all[i]));
+  }
 }
 
 }  // namespace skein::bundle_builder_test

@@ -91,7 +91,7 @@ class Chooser {
   bool Run() {
     if (before_.empty()) return false;
     const std::vector<Camera> chosen = Choose();
-    const bool is_adjusted = !chosen.empty() && Adjust(chosen);
+    const bool is_adjusted = !chosen.empty() && AdjustWhole(chosen);
     SetCameras(before_, &map_);
     if (options_.stop && options_.stop()) return false;  // of fits that are not complete
     for (const Camera& camera : before_) map_.NoteModelChosen(camera.CameraId());
@@ -113,11 +113,18 @@ class Chooser {
     return Changed();
   }
 
-  // With these cameras, from the poses and points that were found to be best, or the map's.
+  bool AdjustWhole(const std::vector<Camera>& cameras) {
+    SetCameras(cameras, &map_);
+    bundle_ = BuildGlobalBundle(map_, true);
+    return SolveBundle(options_, &bundle_).usable;
+  }
+
+  // Some of the points with these cameras, from where they and the poses were best, or the map has
+  // them.
   bool Adjust(const std::vector<Camera>& cameras, bool squeezed = false) {
     SetCameras(before_, &map_);
     SetCameras(cameras, &map_);
-    bundle_ = BuildGlobalBundle(map_, true);
+    bundle_ = BuildBundleOfSome(map_, true);
     if (squeezed) FreeFocalRatios(&bundle_);
     if (start_) {
       bundle_.poses = start_->poses;

@@ -42,15 +42,16 @@ void Split(const std::set<CameraId>& shared, Bundle* bundle) {
   }
 }
 
-// The map's bundle, with cameras of their own for the poses of `shared`: in the model that these
+// A bundle of the map, with cameras of their own for the poses of `shared`: in the model that these
 // came with, as one photo tells no other.
-Bundle BuildSplitBundle(const std::set<CameraId>& shared, SceneMap* map) {
+Bundle BuildSplitBundle(const std::set<CameraId>& shared, Bundle (*build)(const SceneMap&, bool),
+                        SceneMap* map) {
   std::vector<Camera> cameras;
   for (const CameraId id : shared) cameras.push_back(map->reconstruction().Camera(id));
   for (const Camera& camera : cameras) {
     map->SetCamera(FitCameraModel(camera, map->camera_state(camera.CameraId()).given_model_id));
   }
-  Bundle bundle = BuildGlobalBundle(*map, true);
+  Bundle bundle = build(*map, true);
   for (const Camera& camera : cameras) map->SetCamera(camera);
   Split(shared, &bundle);
   return bundle;
@@ -79,45 +80,49 @@ std::map<CameraId, std::vector<double>> LogFocals(const Bundle& bundle,
   return focals;
 }
 
-}  // namespace
-
-bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
-  const std::set<CameraId> shared = SharedCameras(*map);
-  if (shared.empty()) return false;
-  Bundle bundle = BuildGlobalBundle(*map, true);
+// The cameras of `shared` whose photos need intrinsics of their own.
+std::set<CameraId> CamerasToSplit(const BundleOptions& options, const std::set<CameraId>& shared,
+                                  SceneMap* map) {
+  Bundle bundle = BuildBundleOfSome(*map, true);
   std::vector<CameraId> camera_of_pose;
   for (const BundlePose& pose : bundle.poses) {
     camera_of_pose.push_back(bundle.cameras[pose.camera].camera_id);
   }
   const auto before = SumsOfSquares(bundle, camera_of_pose);
-  bundle = BuildSplitBundle(shared, map);
-  options.factor = nullptr;  // of other unknowns
-  if (!SolveBundle(options, &bundle).usable) return false;
+  bundle = BuildSplitBundle(shared, BuildBundleOfSome, map);
+  if (!SolveBundle(options, &bundle).usable) return {};
   const auto after = SumsOfSquares(bundle, camera_of_pose);
   const auto log_focals = LogFocals(bundle, camera_of_pose);
-  std::set<CameraId> left;
+  std::set<CameraId> split;
   for (const CameraId id : shared) {
     const double remaining = before.count(id) > 0 ? after.at(id) / before.at(id) : 1;
-    if (!std::isfinite(remaining)) return false;  // the model is too far from the lens
+    if (!std::isfinite(remaining)) return {};  // the model is too far from the lens
     const bool are_groups = remaining < kMaxRemainingOfGroups && AreTwoGroups(log_focals.at(id));
     LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos{}", id,
             remaining, map->camera_state(id).num_registered,
             are_groups ? ", focal lengths of two groups" : "");
-    if (remaining < kMaxRemaining || are_groups) left.insert(id);
+    if (remaining < kMaxRemaining || are_groups) split.insert(id);
   }
-  if (left.empty()) return false;
-  // A camera that stays shared keeps its model and parameters.
-  for (size_t i = 0; i < bundle.poses.size(); ++i) {
-    BundleCamera& camera = bundle.cameras[bundle.poses[i].camera];
-    if (left.count(camera_of_pose[i]) > 0) {
-      map->GiveOwnCamera(bundle.poses[i].image_id);
-    } else if (shared.count(camera_of_pose[i]) > 0) {
-      camera.camera_id = camera_of_pose[i];
-      camera.refined.clear();
-    }
+  return split;
+}
+
+}  // namespace
+
+bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
+  const std::set<CameraId> shared = SharedCameras(*map);
+  if (shared.empty()) return false;
+  options.factor = nullptr;  // of other unknowns
+  const std::set<CameraId> split = CamerasToSplit(options, shared, map);
+  if (split.empty()) return false;
+  Bundle bundle = BuildSplitBundle(split, BuildGlobalBundle, map);
+  if (!SolveBundle(options, &bundle).usable) return false;
+  for (const BundlePose& pose : bundle.poses) {
+    const CameraId shared_camera = map->reconstruction().Image(pose.image_id).CameraId();
+    if (split.count(shared_camera) > 0) map->GiveOwnCamera(pose.image_id);
   }
+  // No pose has a camera that was split.
   for (BundleCamera& camera : bundle.cameras) {
-    if (left.count(camera.camera_id) > 0) camera.refined.clear();
+    if (split.count(camera.camera_id) > 0) camera.refined.clear();
   }
   ApplyBundle(bundle, map);
   return true;

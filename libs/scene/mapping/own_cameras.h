@@ -7,13 +7,13 @@ namespace skein {
 
 // Photos of one agent, size and EXIF count as of one camera. The grouping is a guess: such photos
 // may have been zoomed, cropped, or taken by several phones. If so, one focal length for all bends
-// the map and still fits it well. So both hypotheses are adjusted, from the map as it is. If own
-// intrinsics leave less than half of the camera's sum of squared errors, its photos get them
-// (SceneMap::GiveOwnCamera), with the poses and points that were found along. Photos of one camera
-// leave 0.78 or more, zoomed ones 0.15 to 0.49. Cropped photos among others leave up to 0.57: if
-// they leave less than 0.75, and the own focal lengths are of two groups (two_groups.h), the photos
-// get them as well. Maps of fewer than three photos, and fixed intrinsics, stay as they are. True
-// if photos got any.
+// the map and still fits it well. So both hypotheses are adjusted, from the map as it is, by some
+// of its points (BuildBundleOfSome). If own intrinsics leave less than half of the camera's sum of
+// squared errors, its photos get them (SceneMap::GiveOwnCamera), and the map is adjusted with them.
+// Photos of one camera leave 0.78 or more, zoomed ones 0.15 to 0.49. Cropped photos among others
+// leave up to 0.57: if they leave less than 0.75, and the own focal lengths are of two groups
+// (two_groups.h), the photos get them as well. Maps of fewer than three photos, and fixed
+// intrinsics, stay as they are. True if photos got any.
 bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 
 }  // namespace skein

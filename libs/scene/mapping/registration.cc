@@ -50,7 +50,8 @@ constexpr double kMinObserved = 0.5, kMinObservedAlone = 0.85;
 // Poses that differ by more are poses of two places. The position is over the median depth.
 constexpr double kElsewherePosition = 0.05, kElsewhereDeg = 5;
 
-// A search over focal lengths, or for a better pose, looks at no more points.
+// A search looks at no more points, whether for a pose, a better one or a focal length: of a
+// quarter of them, kMinInlierRatio, 125 tell a pose. The refinement then takes all.
 constexpr size_t kMaxSearchPoints = 500;
 
 // One free pose, all points constant.
@@ -109,19 +110,6 @@ RansacLimits LimitsOf(double max_error_px) {
   return limits;
 }
 
-bool RunRansac(const RansacLimits& limits, const VisiblePoints& visible, const Camera& camera,
-               PoseEstimate* estimate) {
-  AbsolutePose pose;
-  if (!EstimateAbsolutePose(limits, visible.pixels, visible.xyz, camera, &pose,
-                            &estimate->inlier_mask)) {
-    return false;
-  }
-  estimate->num_inliers = static_cast<int>(pose.num_inliers);
-  estimate->pose.R = pose.R;
-  estimate->pose.t = pose.t;
-  return true;
-}
-
 // Evenly spread ones, kMaxSearchPoints at most.
 VisiblePoints Thinned(const VisiblePoints& visible) {
   const size_t step = (visible.size() + kMaxSearchPoints - 1) / kMaxSearchPoints;
@@ -133,6 +121,36 @@ VisiblePoints Thinned(const VisiblePoints& visible) {
     some.xyz.push_back(visible.xyz[i]);
   }
   return some;
+}
+
+// The points that the pose shows within `max_error_px` of their pixels.
+void MarkInliers(const Camera& camera, double max_error_px, const VisiblePoints& visible,
+                 PoseEstimate* estimate) {
+  estimate->num_inliers = 0;
+  estimate->inlier_mask.resize(visible.size());
+  for (size_t i = 0; i < visible.size(); ++i) {
+    Eigen::Vector2d pixel;
+    const bool inlier = Project(camera.ModelId(), camera.Params(),
+                                estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
+                        (pixel - visible.pixels[i]).norm() <= max_error_px;
+    estimate->inlier_mask[i] = inlier;
+    estimate->num_inliers += inlier;
+  }
+}
+
+bool RunRansac(double max_error_px, const VisiblePoints& visible, const Camera& camera,
+               PoseEstimate* estimate) {
+  const VisiblePoints some = Thinned(visible);
+  AbsolutePose pose;
+  std::vector<char> inlier_mask;
+  if (!EstimateAbsolutePose(LimitsOf(max_error_px), some.pixels, some.xyz, camera, &pose,
+                            &inlier_mask)) {
+    return false;
+  }
+  estimate->pose.R = pose.R;
+  estimate->pose.t = pose.t;
+  MarkInliers(camera, max_error_px, visible, estimate);
+  return true;
 }
 
 // Sets the camera's focal length to the one with which most points fit a pose.
@@ -159,15 +177,7 @@ bool Refine(const SceneMap& map, bool refine_camera, const VisiblePoints& visibl
   if (!SolveBundle(solve, &bundle).usable) return false;
   estimate->pose = bundle.poses[0];
   camera->SetParams(bundle.cameras[0].params);
-  estimate->num_inliers = 0;
-  for (size_t i = 0; i < visible.size(); ++i) {
-    Eigen::Vector2d pixel;
-    const bool inlier = Project(camera->ModelId(), camera->Params(),
-                                estimate->pose.R * visible.xyz[i] + estimate->pose.t, &pixel) &&
-                        (pixel - visible.pixels[i]).norm() <= limits::kMaxPoseErrorPx;
-    estimate->inlier_mask[i] = inlier;
-    estimate->num_inliers += inlier;
-  }
+  MarkInliers(*camera, limits::kMaxPoseErrorPx, visible, estimate);
   estimate->sigmas = SigmasOfFirstPose(PoseOnlyBundle(map, *camera, false, visible, *estimate));
   return true;
 }
@@ -200,7 +210,7 @@ Candidate BestAtAnyLimit(const SceneMap& map, const CameraUse& use, const Visibl
   for (const double limit_px : kRansacLimitsPx) {
     Candidate candidate = none;
     if ((use.estimate_focal && !FindFocalLength(limit_px, visible, &candidate.camera)) ||
-        !RunRansac(LimitsOf(limit_px), visible, candidate.camera, &candidate.estimate) ||
+        !RunRansac(limit_px, visible, candidate.camera, &candidate.estimate) ||
         candidate.estimate.num_inliers < limits::kMinPoseInliers ||
         !Refine(map, use.refine, visible, &candidate.camera, &candidate.estimate)) {
       continue;
@@ -274,6 +284,8 @@ std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_
   for (const auto& match : map.MatchesOfPair(image_id, other)) {
     const Point2D& theirs = model.Image(other).Point2D(match.point2D_idx2);
     if (!theirs.HasPoint3D()) continue;
+    visible.point2D_idxs.push_back(match.point2D_idx1);
+    visible.point3D_ids.push_back(theirs.Point3DId());
     visible.pixels.push_back(model.Image(image_id).Point2D(match.point2D_idx1).XY());
     visible.xyz.push_back(model.Point3D(theirs.Point3DId()).XYZ());
   }
@@ -281,7 +293,7 @@ std::optional<Matrix3x4d> EstimatePoseByPair(const SceneMap& map, ImageId image_
   SetRandomSeed(SeedFromIds(image_id, other));
   const Camera& camera = model.Camera(model.Image(image_id).CameraId());
   PoseEstimate estimate;
-  if (!RunRansac(LimitsOf(limits::kMaxPoseErrorPx), visible, camera, &estimate) ||
+  if (!RunRansac(limits::kMaxPoseErrorPx, visible, camera, &estimate) ||
       estimate.num_inliers < limits::kMinPoseInliers) {
     return std::nullopt;
   }

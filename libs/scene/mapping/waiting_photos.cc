@@ -6,7 +6,7 @@
 namespace skein {
 namespace {
 
-constexpr int kMaxWithdrawals = 4;  // of one photo; then it is rejected
+constexpr int kMaxWithdrawals = 2;  // of one photo; the third time it is rejected
 
 }  // namespace
 
