@@ -4,12 +4,14 @@
 #include <cmath>
 #include <random>
 #include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "core/limits.h"
 #include "map/bundle_assembly.h"
 #include "map/image_pose.h"
 #include "map/map_access.h"
+#include "map/photos_around.h"
 #include "sfm/model_io.h"
 
 namespace skein {
@@ -24,29 +26,37 @@ std::vector<Point3DId> Shuffled(std::vector<Point3DId> points) {
   return points;
 }
 
-// Those of the points without which an image would have too few.
-std::vector<Point3DId> SomePoints(const Reconstruction& model, std::vector<Point3DId> points) {
+// Points that two or more of the images see, and without which one of them would have too few.
+std::vector<Point3DId> SomePoints(const Reconstruction& model, const std::vector<ImageId>& images) {
   std::unordered_map<ImageId, int> num_observations;
+  for (const ImageId id : images) num_observations[id] = 0;
   std::vector<Point3DId> some;
-  for (const Point3DId id : Shuffled(std::move(points))) {
-    const std::vector<TrackElement>& track = model.Point3D(id).Track().Elements();
-    const bool is_wanted = std::any_of(track.begin(), track.end(), [&](const TrackElement& e) {
-      return num_observations[e.image_id] < kObservationsOfSome;
-    });
-    if (!is_wanted) continue;
-    for (const TrackElement& element : track) ++num_observations[element.image_id];
+  std::vector<int*> counts;  // of the images that see the point
+  for (const Point3DId id : Shuffled(AscendingPoints(model))) {
+    counts.clear();
+    for (const TrackElement& element : model.Point3D(id).Track().Elements()) {
+      const auto found = num_observations.find(element.image_id);
+      if (found != num_observations.end()) counts.push_back(&found->second);
+    }
+    const bool is_wanted = std::any_of(counts.begin(), counts.end(),
+                                       [](const int* n) { return *n < kObservationsOfSome; });
+    if (counts.size() < 2 || !is_wanted) continue;
+    for (int* n : counts) ++*n;
     some.push_back(id);
   }
   std::sort(some.begin(), some.end());
   return some;
 }
 
-BundleRequest WholeMap(const SceneMap& map, bool refine_cameras) {
-  BundleRequest request;
-  request.free = map.reconstruction().RegImageIds();
-  request.points = AscendingPoints(map.reconstruction());
-  request.refine_cameras = refine_cameras;
-  return request;
+std::vector<ImageId> SomeImages(const SceneMap& map) {
+  const Reconstruction& model = map.reconstruction();
+  if (model.NumRegImages() <= kImagesOfSome) return model.RegImageIds();
+  std::vector<ImageId> first_of_camera;
+  std::unordered_set<CameraId> seen;
+  for (const ImageId id : model.RegImageIds()) {
+    if (seen.insert(model.Image(id).CameraId()).second) first_of_camera.push_back(id);
+  }
+  return RegisteredAround(map, std::move(first_of_camera), kImagesOfSome);
 }
 
 }  // namespace
@@ -109,12 +119,18 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request) {
 }
 
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
-  return BuildBundle(map, WholeMap(map, refine_cameras));
+  BundleRequest request;
+  request.free = map.reconstruction().RegImageIds();
+  request.points = AscendingPoints(map.reconstruction());
+  request.refine_cameras = refine_cameras;
+  return BuildBundle(map, request);
 }
 
 Bundle BuildBundleOfSome(const SceneMap& map, bool refine_cameras) {
-  BundleRequest request = WholeMap(map, refine_cameras);
-  request.points = SomePoints(map.reconstruction(), std::move(request.points));
+  BundleRequest request;
+  request.free = SomeImages(map);
+  request.points = SomePoints(map.reconstruction(), request.free);
+  request.refine_cameras = refine_cameras;
   return BuildBundle(map, request);
 }
 

@@ -11,6 +11,7 @@ namespace skein {
 // Neighbours share the errors of an image's observations (localisation, lens, mismatches). More
 // observations than this weigh as this many against a camera's prior, or for its model.
 constexpr double kIndependentObservations = 100;
+constexpr size_t kImagesOfSome = 200;
 constexpr int kObservationsOfSome = 500;
 
 // Part of a map that a bundle holds.
@@ -34,8 +35,9 @@ Bundle BuildBundle(const SceneMap& map, const BundleRequest& request);
 // All registered images and points.
 Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
 
-// All registered images and some of their points, by chance: so many that each image has
-// kObservationsOfSome observations, or all of its own. Enough to compare models of cameras.
+// Enough of a map to compare models of its cameras. Images: kImagesOfSome at most, nearest along
+// verified pairs to the first of each camera. Points: by chance, so many that each image has
+// kObservationsOfSome observations, or all of its own.
 Bundle BuildBundleOfSome(const SceneMap& map, bool refine_cameras);
 
 // Strengthens the priors of cameras: an image's observations weigh against them as

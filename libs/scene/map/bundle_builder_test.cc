@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "map/photos_around.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein::bundle_builder_test {
@@ -96,6 +97,35 @@ TEST(BundleOfSome, HoldsEnoughObservationsOfEachImage) {
   for (size_t i = 0; i < some.poses.size(); ++i) {
     EXPECT_GE(num_observations[i], std::min(kObservationsOfSome, num_of_all[i]));
   }
+}
+
+TEST(BundleOfSome, HoldsNotAllImagesOfALargeMap) {
+  SyntheticOptions options;
+  options.num_photos = static_cast<int>(kImagesOfSome) + 10;
+  options.num_points = 100;
+  const SyntheticScene scene = MakeScene(options);
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  const Bundle some = BuildBundleOfSome(map, true);
+  EXPECT_EQ(some.poses.size(), kImagesOfSome);
+  std::vector<int> num_observations(some.poses.size());
+  for (const BundleObservation& o : some.observations) ++num_observations[o.pose];
+  EXPECT_GT(*std::min_element(num_observations.begin(), num_observations.end()), 10);
+}
+
+TEST(PhotosAround, AreTheNearestFirst) {
+  SyntheticOptions options;
+  const SyntheticScene scene = MakeScene(options);
+  SceneMap map;
+  AddToMap(scene, scene.pairs, &map);
+  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  const std::vector<ImageId> around = RegisteredAround(map, {7}, 4);
+  EXPECT_EQ(around.size(), 4u);
+  EXPECT_EQ(around[0], 7u);
+  for (const ImageId id : around) EXPECT_TRUE(id == 7 || map.Neighbours(7).count(id) > 0) << id;
+  EXPECT_EQ(RegisteredAround(map, {7, 2}, 1), (std::vector<ImageId>{7}));
+  EXPECT_EQ(RegisteredAround(map, {7, 2}, 100).size(), 8u) << "each once";
 }
 
 }  // namespace skein::bundle_builder_test

@@ -23,14 +23,22 @@ constexpr int kMinPhotosOfModel = 3;
 constexpr double kMaxLeftIfSqueezed = 0.5;
 constexpr double kErrorCapPx = 100;  // what an observation may add, also one behind the camera
 
+// Of which enough photos are looked at.
 std::vector<Camera> OpenCameras(const SceneMap& map) {
-  std::vector<Camera> open;
+  std::vector<CameraId> open;
   for (const auto& [id, state] : map.camera_states()) {
     if (state.known || state.num_registered < kMinPhotosOfModel) continue;
-    if (state.num_registered == state.num_at_choice) continue;
-    open.push_back(map.reconstruction().Camera(id));
+    if (state.num_registered != state.num_at_choice) open.push_back(id);
   }
-  return open;
+  if (open.empty()) return {};
+  std::map<CameraId, int> num_photos;
+  const Bundle some = BuildBundleOfSome(map, true);
+  for (const BundlePose& pose : some.poses) ++num_photos[some.cameras[pose.camera].camera_id];
+  std::vector<Camera> cameras;
+  for (const CameraId id : open) {
+    if (num_photos[id] >= kMinPhotosOfModel) cameras.push_back(map.reconstruction().Camera(id));
+  }
+  return cameras;
 }
 
 void FreeFocalRatios(Bundle* bundle) {

@@ -20,7 +20,7 @@ constexpr char kFirstModel[] = "SIMPLE_RADIAL";
 //
 // C: the sum of the camera's robust errors after the adjustment, k: the parameters that are
 // refined, n: its observations, of which an image has kIndependentObservations at most
-// (bundle_builder.h). The models are compared by some of the points (BuildBundleOfSome), then the
+// (bundle_builder.h). The models are compared by a part of the map (BuildBundleOfSome), then the
 // map is adjusted with the chosen ones.
 //
 // Pixels are square: two equal focal lengths stay equal (BundleCamera::square_pixels). Photos are

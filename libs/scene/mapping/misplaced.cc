@@ -5,6 +5,7 @@
 
 #include "core/limits.h"
 #include "disambiguation/similar_structures.h"
+#include "map/photos_around.h"
 #include "mapping/registration.h"
 #include "sfm/reprojection.h"
 
@@ -23,19 +24,6 @@ std::vector<ImageId> Contradicted(const std::vector<ImageId>& ids,
   PhotoGroups groups(ids, edges);
   groups.JoinByVotes(edges);
   return groups.Contradicted(kMinContradiction);
-}
-
-// Breadth first along verified pairs.
-std::set<ImageId> RegisteredAround(const SceneMap& map, ImageId center, size_t max_photos) {
-  std::vector<ImageId> found = {center};
-  std::set<ImageId> seen = {center};
-  for (size_t i = 0; i < found.size() && found.size() < max_photos; ++i) {
-    for (const auto& [other, inliers] : map.Neighbours(found[i])) {
-      if (found.size() >= max_photos) break;
-      if (map.IsRegistered(other) && seen.insert(other).second) found.push_back(other);
-    }
-  }
-  return seen;
 }
 
 }  // namespace
@@ -110,7 +98,8 @@ std::vector<ImageId> FindMisplaced(const SceneMap& map) {
 }
 
 std::vector<ImageId> FindMisplacedAround(const SceneMap& map, ImageId center, size_t max_photos) {
-  const std::set<ImageId> ids = RegisteredAround(map, center, max_photos);
+  const std::vector<ImageId> around = RegisteredAround(map, {center}, max_photos);
+  const std::set<ImageId> ids(around.begin(), around.end());
   std::vector<PhotoEdge> edges;
   for (const ImageId id : ids) {
     for (const auto& [other, inliers] : map.Neighbours(id)) {

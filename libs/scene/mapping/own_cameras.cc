@@ -1,5 +1,6 @@
 #include "mapping/own_cameras.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -99,7 +100,7 @@ std::set<CameraId> CamerasToSplit(const BundleOptions& options, const std::set<C
     if (!std::isfinite(remaining)) return {};  // the model is too far from the lens
     const bool are_groups = remaining < kMaxRemainingOfGroups && AreTwoGroups(log_focals.at(id));
     LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos{}", id,
-            remaining, map->camera_state(id).num_registered,
+            remaining, std::count(camera_of_pose.begin(), camera_of_pose.end(), id),
             are_groups ? ", focal lengths of two groups" : "");
     if (remaining < kMaxRemaining || are_groups) split.insert(id);
   }

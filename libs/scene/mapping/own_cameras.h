@@ -7,8 +7,8 @@ namespace skein {
 
 // Photos of one agent, size and EXIF count as of one camera. The grouping is a guess: such photos
 // may have been zoomed, cropped, or taken by several phones. If so, one focal length for all bends
-// the map and still fits it well. So both hypotheses are adjusted, from the map as it is, by some
-// of its points (BuildBundleOfSome). If own intrinsics leave less than half of the camera's sum of
+// the map and still fits it well. So both hypotheses are adjusted, from the map as it is, by a part
+// of it (BuildBundleOfSome). If own intrinsics leave less than half of the camera's sum of
 // squared errors, its photos get them (SceneMap::GiveOwnCamera), and the map is adjusted with them.
 // Photos of one camera leave 0.78 or more, zoomed ones 0.15 to 0.49. Cropped photos among others
 // leave up to 0.57: if they leave less than 0.75, and the own focal lengths are of two groups
