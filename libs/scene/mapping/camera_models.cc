@@ -112,7 +112,7 @@ class Chooser {
  private:
   // Cameras that get another model.
   std::vector<Camera> Choose() {
-    if (!Adjust(GivenModels())) return {};
+    if (!AdjustPart(GivenModels())) return {};
     best_ = FitsOf(bundle_, map_);
     start_ = std::move(bundle_);
     Try(kOpenCv, before_, false);
@@ -122,16 +122,15 @@ class Chooser {
   }
 
   bool AdjustWhole(const std::vector<Camera>& cameras) {
-    SetCameras(cameras, &map_);
+    Set(cameras);
     bundle_ = BuildGlobalBundle(map_, true);
     return SolveBundle(options_, &bundle_).usable;
   }
 
-  // Some of the points with these cameras, from where they and the poses were best, or the map has
+  // A part of the map with these cameras, from where poses and points were best, or the map has
   // them.
-  bool Adjust(const std::vector<Camera>& cameras, bool squeezed = false) {
-    SetCameras(before_, &map_);
-    SetCameras(cameras, &map_);
+  bool AdjustPart(const std::vector<Camera>& cameras, bool squeezed = false) {
+    Set(cameras);
     bundle_ = BuildBundleOfSome(map_, true);
     if (squeezed) FreeFocalRatios(&bundle_);
     if (start_) {
@@ -139,6 +138,12 @@ class Chooser {
       bundle_.points = start_->points;
     }
     return SolveBundle(options_, &bundle_).usable;
+  }
+
+  // The others are as before.
+  void Set(const std::vector<Camera>& cameras) {
+    SetCameras(before_, &map_);
+    SetCameras(cameras, &map_);
   }
 
   // Back from what an earlier choice, of fewer photos, has found.
@@ -154,7 +159,7 @@ class Chooser {
     for (Camera& camera : cameras) {
       camera = FitCameraModel(best_.at(camera.CameraId()).camera, model_id);
     }
-    if (cameras.empty() || !Adjust(cameras, squeezed)) return;
+    if (cameras.empty() || !AdjustPart(cameras, squeezed)) return;
     const std::map<CameraId, Fit> fits = FitsOf(bundle_, map_);
     const auto is_worse = [&](const Camera& c) {
       const Fit& fit = fits.at(c.CameraId());

@@ -4,8 +4,12 @@
 
 #include <limits>
 #include <string>
+#include <vector>
 
+#include "core/statistics.h"
+#include "map/bundle_builder.h"
 #include "mapping/checkpoint.h"
+#include "sfm/camera_fit.h"
 #include "testing/submap_rig.h"
 
 namespace skein::camera_models_test {
@@ -76,6 +80,31 @@ TEST_F(CameraModels, EachLensGetsTheModelThatItIsOf) {
       EXPECT_NEAR(MappedCamera().Params(i), lens.params[i], lens.params[i] > 1 ? 1 : 0.01)
           << lens.model << ", parameter " << i;
     }
+  }
+}
+
+// Of two cameras one gets another model.
+TEST_F(CameraModels, ACameraThatKeepsItsModelKeepsItsParameters) {
+  const SyntheticOptions options = WidePhotos();
+  SubmapRig rig(options);
+  TakeWith(kActionCamera.model, kActionCamera.params, options.camera, &rig.scene);
+  for (PhotoInput& photo : rig.scene.photos) photo.camera_id = 1 + photo.image_id % 2;
+  rig.FeedAll();
+  rig.map.Finish(rig.Sink());
+  SceneMap& map = rig.map.map();
+  for (const ImageId id : {13, 14}) map.Deregister(id);
+  const auto error_px = [&] {
+    return UpperMedian(ReprojectionErrors(BuildGlobalBundle(map, false)));
+  };
+  const double error_before_px = error_px();
+  map.SetCamera(FitCameraModel(map.reconstruction().Camera(2), kSimpleRadial));
+  EXPECT_TRUE(ChooseCameraModels(BundleOptions(), &map));
+  EXPECT_LE(error_px(), error_before_px);
+  for (const CameraId id : {1, 2}) {
+    const Camera& camera = map.reconstruction().Camera(id);
+    ASSERT_EQ(camera.ModelId(), kOpenCv) << id;
+    EXPECT_NEAR(camera.Params(0), 500, 1) << id;
+    EXPECT_NEAR(camera.Params(4), kActionCamera.params[4], 0.01) << id;
   }
 }
 
