@@ -48,17 +48,6 @@ std::vector<Point3DId> SomePoints(const Reconstruction& model, const std::vector
   return some;
 }
 
-std::vector<ImageId> SomeImages(const SceneMap& map) {
-  const Reconstruction& model = map.reconstruction();
-  if (model.NumRegImages() <= kImagesOfSome) return model.RegImageIds();
-  std::vector<ImageId> first_of_camera;
-  std::unordered_set<CameraId> seen;
-  for (const ImageId id : model.RegImageIds()) {
-    if (seen.insert(model.Image(id).CameraId()).second) first_of_camera.push_back(id);
-  }
-  return RegisteredAround(map, std::move(first_of_camera), kImagesOfSome);
-}
-
 }  // namespace
 
 BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
@@ -126,9 +115,20 @@ Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras) {
   return BuildBundle(map, request);
 }
 
+std::vector<ImageId> ImagesOfSome(const SceneMap& map) {
+  const Reconstruction& model = map.reconstruction();
+  if (model.NumRegImages() <= kImagesOfSome) return model.RegImageIds();
+  std::vector<ImageId> first_of_camera;
+  std::unordered_set<CameraId> seen;
+  for (const ImageId id : model.RegImageIds()) {
+    if (seen.insert(model.Image(id).CameraId()).second) first_of_camera.push_back(id);
+  }
+  return RegisteredAround(map, std::move(first_of_camera), kImagesOfSome);
+}
+
 Bundle BuildBundleOfSome(const SceneMap& map, bool refine_cameras) {
   BundleRequest request;
-  request.free = SomeImages(map);
+  request.free = ImagesOfSome(map);
   request.points = SomePoints(map.reconstruction(), request.free);
   request.refine_cameras = refine_cameras;
   return BuildBundle(map, request);

@@ -39,6 +39,8 @@ Bundle BuildGlobalBundle(const SceneMap& map, bool refine_cameras);
 // verified pairs to the first of each camera. Points: by chance, so many that each image has
 // kObservationsOfSome observations, or all of its own.
 Bundle BuildBundleOfSome(const SceneMap& map, bool refine_cameras);
+// Its images.
+std::vector<ImageId> ImagesOfSome(const SceneMap& map);
 
 // Strengthens the priors of cameras: an image's observations weigh against them as
 // kIndependentObservations at most. With thousands of them a few images of a small angle would

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <vector>
 
-#include "map/photos_around.h"
 #include "testing/synthetic_scene.h"
 
 namespace skein::bundle_builder_test {
@@ -27,11 +26,15 @@ TEST(Bundle, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
   }
 }
 
+void MapAtTruth(const SyntheticScene& scene, SceneMap* map) {
+  AddToMap(scene, scene.pairs, map);
+  RegisterAtTruth(scene, map->photos(), Eigen::Vector3d::Zero(), map);
+}
+
 class BuildBundleTest : public testing::Test {
  protected:
   void SetUp() override {
-    AddToMap(scene_, scene_.pairs, &map_);
-    RegisterAtTruth(scene_, map_.photos(), Eigen::Vector3d::Zero(), &map_);
+    MapAtTruth(scene_, &map_);
     request_.free = {8};
     request_.held = {7};
   }
@@ -84,10 +87,8 @@ TEST_F(BuildBundleTest, CompletePointsHaveTheirObservationsByAllImages) {
 TEST(BundleOfSome, HoldsEnoughObservationsOfEachImage) {
   SyntheticOptions options;
   options.num_points = 6000;
-  const SyntheticScene scene = MakeScene(options);
   SceneMap map;
-  AddToMap(scene, scene.pairs, &map);
-  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  MapAtTruth(MakeScene(options), &map);
   const Bundle whole = BuildGlobalBundle(map, true), some = BuildBundleOfSome(map, true);
   ASSERT_EQ(some.poses.size(), whole.poses.size());
   EXPECT_LT(2 * some.observations.size(), whole.observations.size());
@@ -103,29 +104,13 @@ TEST(BundleOfSome, HoldsNotAllImagesOfALargeMap) {
   SyntheticOptions options;
   options.num_photos = static_cast<int>(kImagesOfSome) + 10;
   options.num_points = 100;
-  const SyntheticScene scene = MakeScene(options);
   SceneMap map;
-  AddToMap(scene, scene.pairs, &map);
-  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
+  MapAtTruth(MakeScene(options), &map);
   const Bundle some = BuildBundleOfSome(map, true);
   EXPECT_EQ(some.poses.size(), kImagesOfSome);
   std::vector<int> num_observations(some.poses.size());
   for (const BundleObservation& o : some.observations) ++num_observations[o.pose];
   EXPECT_GT(*std::min_element(num_observations.begin(), num_observations.end()), 10);
-}
-
-TEST(PhotosAround, AreTheNearestFirst) {
-  SyntheticOptions options;
-  const SyntheticScene scene = MakeScene(options);
-  SceneMap map;
-  AddToMap(scene, scene.pairs, &map);
-  RegisterAtTruth(scene, map.photos(), Eigen::Vector3d::Zero(), &map);
-  const std::vector<ImageId> around = RegisteredAround(map, {7}, 4);
-  EXPECT_EQ(around.size(), 4u);
-  EXPECT_EQ(around[0], 7u);
-  for (const ImageId id : around) EXPECT_TRUE(id == 7 || map.Neighbours(7).count(id) > 0) << id;
-  EXPECT_EQ(RegisteredAround(map, {7, 2}, 1), (std::vector<ImageId>{7}));
-  EXPECT_EQ(RegisteredAround(map, {7, 2}, 100).size(), 8u) << "each once";
 }
 
 }  // namespace skein::bundle_builder_test

@@ -23,7 +23,7 @@ constexpr int kMinPhotosOfModel = 3;
 constexpr double kMaxLeftIfSqueezed = 0.5;
 constexpr double kErrorCapPx = 100;  // what an observation may add, also one behind the camera
 
-// Of which enough photos are looked at.
+// Cameras whose model is in question, and enough photos of which are compared.
 std::vector<Camera> OpenCameras(const SceneMap& map) {
   std::vector<CameraId> open;
   for (const auto& [id, state] : map.camera_states()) {
@@ -32,8 +32,9 @@ std::vector<Camera> OpenCameras(const SceneMap& map) {
   }
   if (open.empty()) return {};
   std::map<CameraId, int> num_photos;
-  const Bundle some = BuildBundleOfSome(map, true);
-  for (const BundlePose& pose : some.poses) ++num_photos[some.cameras[pose.camera].camera_id];
+  for (const ImageId id : ImagesOfSome(map)) {
+    ++num_photos[map.reconstruction().Image(id).CameraId()];
+  }
   std::vector<Camera> cameras;
   for (const CameraId id : open) {
     if (num_photos[id] >= kMinPhotosOfModel) cameras.push_back(map.reconstruction().Camera(id));

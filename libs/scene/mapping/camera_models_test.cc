@@ -83,7 +83,7 @@ TEST_F(CameraModels, EachLensGetsTheModelThatItIsOf) {
   }
 }
 
-// Of two cameras one gets another model.
+// One of two cameras gets another model.
 TEST_F(CameraModels, ACameraThatKeepsItsModelKeepsItsParameters) {
   const SyntheticOptions options = WidePhotos();
   SubmapRig rig(options);

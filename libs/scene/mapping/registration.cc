@@ -141,14 +141,10 @@ void MarkInliers(const Camera& camera, double max_error_px, const VisiblePoints&
 bool RunRansac(double max_error_px, const VisiblePoints& visible, const Camera& camera,
                PoseEstimate* estimate) {
   const VisiblePoints some = Thinned(visible);
-  AbsolutePose pose;
-  std::vector<char> inlier_mask;
-  if (!EstimateAbsolutePose(LimitsOf(max_error_px), some.pixels, some.xyz, camera, &pose,
-                            &inlier_mask)) {
-    return false;
-  }
-  estimate->pose.R = pose.R;
-  estimate->pose.t = pose.t;
+  const auto pose = EstimateAbsolutePose(LimitsOf(max_error_px), some.pixels, some.xyz, camera);
+  if (!pose) return false;
+  estimate->pose.R = pose->R;
+  estimate->pose.t = pose->t;
   MarkInliers(camera, max_error_px, visible, estimate);
   return true;
 }

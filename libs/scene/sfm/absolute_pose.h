@@ -1,7 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <cstddef>
+#include <optional>
 #include <vector>
 
 #include "sfm/camera.h"
@@ -12,14 +12,14 @@ namespace skein {
 struct AbsolutePose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();  // cam_from_world
   Eigen::Vector3d t = Eigen::Vector3d::Zero();
-  size_t num_inliers = 0;
 };
 
 // The pose from which most points are seen at their pixels, by COLMAP's LO-RANSAC (P3P; EPnP of the
-// inliers). Errors in pixels. As many points as pixels. False if none is found. `inlier_mask` is
-// then unset. Uses the thread's random numbers.
-bool EstimateAbsolutePose(const RansacLimits& limits, const std::vector<Eigen::Vector2d>& pixels,
-                          const std::vector<Eigen::Vector3d>& points, const Camera& camera,
-                          AbsolutePose* pose, std::vector<char>* inlier_mask);
+// inliers). Errors in pixels. As many points as pixels. nullopt if none is found. Uses the thread's
+// random numbers.
+std::optional<AbsolutePose> EstimateAbsolutePose(const RansacLimits& limits,
+                                                 const std::vector<Eigen::Vector2d>& pixels,
+                                                 const std::vector<Eigen::Vector3d>& points,
+                                                 const Camera& camera);
 
 }  // namespace skein
