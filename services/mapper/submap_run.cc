@@ -11,6 +11,7 @@
 #include "mapper/messages.h"
 #include "mapping/checkpoint.h"
 #include "session/one_spot.h"
+#include "session/photo_homes.h"
 #include "session/submap_facts.h"
 #include "session/submap_steps.h"
 
@@ -80,6 +81,7 @@ SubmapRun::SubmapRun(Node& node, const LedgerView& ledger, MapperThreads threads
       ledger_(ledger),
       lease_(lease),
       on_end_(std::move(on_end)),
+      max_images_all_global_(options.submap.max_images_all_global),
       is_cut_(std::make_shared<std::atomic<bool>>(ledger.session.finish().is_cut())),
       worker_(threads.worker, threads.current, node.steps(), lease.submap_id,
               OptionsOfRun(options.submap, is_cut_, threads.worker, node.steps(), lease),
@@ -325,7 +327,9 @@ void SubmapRun::TryNext() {
   LoadPhotos(ids, [this, ids](const FetchedPhotos& photos) {
     RunJob(
         TrialsStep(),
-        [photos, ids, refused = reports_.TakeRefused()](Submap& submap, Outcome* outcome) {
+        [photos, ids, refused = reports_.TakeRefused(), has_larger = HasLargerNeighbour()](
+            Submap& submap, Outcome* outcome) {
+          submap.SetHasLargerNeighbour(has_larger);
           const Status added = AddToSubmap(photos, &submap);
           for (const int64_t id : ids) {
             submap.Enqueue(id);
@@ -341,6 +345,12 @@ void SubmapRun::TryNext() {
           Apply(outcome);
         });
   });
+}
+
+// Matters to a map that may still be mapped anew while it grows.
+bool SubmapRun::HasLargerNeighbour() const {
+  return num_images() <= max_images_all_global_ &&
+         LargerNeighbour(ledger_.session, submap_id()) != 0;
 }
 
 void SubmapRun::DoItem(const Item& item) {

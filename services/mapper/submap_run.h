@@ -158,6 +158,7 @@ class SubmapRun {
   void StartRunning(int64_t seq, int64_t merge_seq);
 
   void TryNext();
+  bool HasLargerNeighbour() const;
   void DoItem(const Item& item);
   void DoMatches(int64_t image_id);
   void DoMerge(int64_t merge_id);
@@ -181,6 +182,7 @@ class SubmapRun {
   const LedgerView ledger_;
   const Lease lease_;
   const OnEnd on_end_;
+  const int max_images_all_global_;
 
   const std::shared_ptr<std::atomic<bool>> is_cut_;  // IsCut for the worker's thread
   RunState state_;

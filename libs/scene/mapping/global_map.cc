@@ -9,6 +9,7 @@
 
 #include "core/clock.h"
 #include "core/log.h"
+#include "core/threads.h"
 #include "geometry/rotation_averaging.h"
 #include "map/bundle_builder.h"
 #include "map/filters.h"
@@ -75,12 +76,16 @@ std::vector<RelativeRotation> EstimateRotations(const SubmapOptions& options,
                                                 const SceneMap& map) {
   std::vector<RelativeRotation> rotations;
   for (const auto& [id1, id2] : map.pairs()) {
-    if (options.IsStopped()) return {};
     if (without.count(id1) > 0 || without.count(id2) > 0) continue;
     if (map.Neighbours(id1).at(id2) < limits::kMinPoseInliers) continue;
-    RelativeRotation rotation = EstimateRotation(map, id1, id2);
-    if (rotation.weight > 0) rotations.push_back(std::move(rotation));
+    rotations.push_back({id1, id2, Eigen::Matrix3d::Identity(), 0});
   }
+  ForEachOnThreads(options.num_threads, rotations.size(), [&](size_t i) {
+    if (!options.IsStopped())
+      rotations[i] = EstimateRotation(map, rotations[i].id1, rotations[i].id2);
+  });
+  const auto is_unknown = [](const RelativeRotation& rotation) { return rotation.weight == 0; };
+  rotations.erase(std::remove_if(rotations.begin(), rotations.end(), is_unknown), rotations.end());
   return rotations;
 }
 

@@ -473,7 +473,7 @@ bool Submap::MixesPlaces(const SceneMap& anew,
 void Submap::BeginAnewIfSmall(const EventSink& sink) {
   Batch batch;
   batch.is_growing = true;
-  if (!adjuster_.IsMapSmall() || !MapAsBatch(batch, sink)) return;
+  if (has_larger_neighbour_ || !adjuster_.IsMapSmall() || !MapAsBatch(batch, sink)) return;
   for (const ImageId id : map_->photos()) {
     if (!waiting_.MatchesSimilarPlace(id)) waiting_.Enqueue(id);
   }

@@ -77,6 +77,9 @@ class Submap {
   // From now on nothing is adjusted in the background, nor checked after it.
   void LeaveOutMaintenance() { is_maintained_ = false; }
   bool is_maintained() const { return is_maintained_; }
+  // Whether a larger map of the same place grows beside this one. While it does, a failed trial is
+  // no reason to map the photos anew here: the larger map does so.
+  void SetHasLargerNeighbour(bool has) { has_larger_neighbour_ = has; }
   // The photo is never tried again, and leaves the queue.
   void LeaveOut(int64_t image_id) { waiting_.LeaveOut(image_id); }
   // Tries the queue's most promising photo; false if the queue was empty. After a success, waiting
@@ -221,9 +224,10 @@ class Submap {
   Adjuster adjuster_;
   Consistency consistency_;
   Maintenance maintenance_;
-  FoundPoses found_poses_;           // of guests
-  ImageId first_ = 0;                // of the initial pair
-  bool is_maintained_ = true;        // see LeaveOutMaintenance
+  FoundPoses found_poses_;     // of guests
+  ImageId first_ = 0;          // of the initial pair
+  bool is_maintained_ = true;  // see LeaveOutMaintenance
+  bool has_larger_neighbour_ = false;
   bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:

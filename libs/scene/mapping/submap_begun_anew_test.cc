@@ -53,6 +53,18 @@ TEST(Submap, ThatIsBegunAnewTriesAllPhotosThatWait) {
   EXPECT_EQ(run.NumRegistered(), 8);
 }
 
+TEST(Submap, ThatBeganBadlyWaitsWhileALargerMapOfThePlaceGrows) {
+  SubmapRig run(SyntheticOptions{});
+  ASSERT_TRUE(run.Start(0, 1, 1));
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  run.map.SetHasLargerNeighbour(true);
+  for (const size_t photo : {2, 3, 4, 5, 6}) run.Feed(photo);
+  EXPECT_EQ(run.NumRegistered(), 2);
+  run.map.SetHasLargerNeighbour(false);
+  run.Feed(7);
+  EXPECT_EQ(run.NumRegistered(), 8);
+}
+
 TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
   SubmapOptions options;
   options.max_images_all_global = 1;
