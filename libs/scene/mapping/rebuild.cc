@@ -16,12 +16,16 @@ namespace {
 
 void Ignore(const PhotoEvent&) {}
 
+MatchAgreement AgreementOf(const Submap& submap) {
+  return CountMatches(submap.options(), submap.map(), submap.waiting());
+}
+
 // The submap's photos and pairs, none registered.
-std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap) {
+std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap, bool keeps_intrinsics) {
   SubmapOptions options = submap.options();
   options.background = false;
   std::unique_ptr<SceneMap> map = submap.map().Clone();
-  ClearButIntrinsics(map.get());
+  keeps_intrinsics ? ClearButIntrinsics(map.get()) : map->Clear();
   auto anew = std::make_unique<Submap>(options, std::move(map));
   if (!submap.is_maintained()) anew->LeaveOutMaintenance();
   for (const int64_t id : submap.waiting().left_out()) anew->LeaveOut(id);
@@ -92,10 +96,10 @@ bool PlaceGlobally(const std::set<ImageId>& without, ImageId first, bool is_grow
 // Registers photos in an empty submap; false: there is none to register.
 using PlacePhotos = std::function<bool(const std::set<ImageId>& without, Submap* empty)>;
 
-std::unique_ptr<Submap> MapAgain(const Submap& submap, bool takes_held, bool takes_similar,
-                                 const PlacePhotos& place) {
+std::unique_ptr<Submap> MapAgain(const Submap& submap, bool keeps_intrinsics, bool takes_held,
+                                 bool takes_similar, const PlacePhotos& place) {
   const std::set<ImageId> without = PhotosLeftOut(submap, takes_held, takes_similar);
-  std::unique_ptr<Submap> anew = CopyWithoutModel(submap);
+  std::unique_ptr<Submap> anew = CopyWithoutModel(submap, keeps_intrinsics);
   if (!place(without, anew.get())) return nullptr;
   anew->NoteMappedAnew();
   EnqueuePhotos(submap, takes_held, without, anew.get());
@@ -103,8 +107,14 @@ std::unique_ptr<Submap> MapAgain(const Submap& submap, bool takes_held, bool tak
   return anew;
 }
 
-MatchAgreement AgreementOf(const Submap& submap) {
-  return CountMatches(submap.options(), submap.map(), submap.waiting());
+// The one with more agreeing matches; the first of equals. Either may be null.
+std::unique_ptr<Submap> Better(std::unique_ptr<Submap> first, std::unique_ptr<Submap> second) {
+  if (first == nullptr || second == nullptr) return std::move(first == nullptr ? second : first);
+  const MatchAgreement of_first = AgreementOf(*first), of_second = AgreementOf(*second);
+  LogInfo("mapped again: {} photos, {} matches agree; and {}, {}",
+          first->map().reconstruction().NumRegImages(), of_first.agreeing,
+          second->map().reconstruction().NumRegImages(), of_second.agreeing);
+  return std::move(of_second.agreeing > of_first.agreeing ? second : first);
 }
 
 }  // namespace
@@ -117,18 +127,11 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
   const auto from_pair = [&](const std::set<ImageId>& without, Submap* empty) {
     return StartWithAny(StrongestPairs(submap.map(), without), empty);
   };
-  std::unique_ptr<Submap> global = MapAgain(submap, takes_held, false, globally);
+  const bool keeps_intrinsics = AgreementOf(submap).IsExplained();
+  std::unique_ptr<Submap> global = MapAgain(submap, keeps_intrinsics, takes_held, false, globally);
   if (is_growing || submap.options().IsStopped()) return global;
-  const MatchAgreement of_global = global != nullptr ? AgreementOf(*global) : MatchAgreement();
-  if (global != nullptr && !MayWinMatches(submap.options(), of_global)) return global;
-  std::unique_ptr<Submap> grown = MapAgain(submap, takes_held, takes_held, from_pair);
-  if (global == nullptr || grown == nullptr)
-    return global != nullptr ? std::move(global) : std::move(grown);
-  const MatchAgreement of_grown = AgreementOf(*grown);
-  LogInfo("mapped again, one by one: {} photos, {} matches agree; all at once: {}, {}",
-          grown->map().reconstruction().NumRegImages(), of_grown.agreeing,
-          global->map().reconstruction().NumRegImages(), of_global.agreeing);
-  return of_grown.agreeing > of_global.agreeing ? std::move(grown) : std::move(global);
+  if (global != nullptr && !MayWinMatches(submap.options(), AgreementOf(*global))) return global;
+  return Better(std::move(global), MapAgain(submap, true, takes_held, takes_held, from_pair));
 }
 
 bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {
@@ -153,7 +156,10 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
     if (registered1 && registered2) {
       const Votes votes = CountCommonPoints(map, id1, id2);
       agreement.agreeing += votes.agree;
-      if (!is_strong || !IsTorn(votes)) continue;
+      if (!is_strong) continue;
+      agreement.strong_agreeing += votes.agree;
+      agreement.strong += map.Neighbours(id1).at(id2);
+      if (!IsTorn(votes)) continue;
       torn.emplace_back(id1, id2);
       to_win_of_torn += votes.contradict;
     } else if (is_strong && is_left_out(registered1 ? id2 : id1)) {
@@ -163,6 +169,9 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
   }
   if (!torn.empty() && !AreOfSimilarStructures(map, torn)) {
     agreement.to_win += to_win_of_torn;
+  }
+  if (!agreement.IsExplained()) {
+    agreement.to_win = std::max(agreement.to_win, agreement.strong - agreement.strong_agreeing);
   }
   return agreement;
 }

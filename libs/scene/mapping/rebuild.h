@@ -17,18 +17,28 @@ namespace skein {
 // other submaps hold, unless `takes_held`: then the second map takes both. A photo without the
 // support that a growing map asks for stays out if photos are still to come, `is_growing`
 // (supported_photos.h); there is no second map then. `first` stays the first photo of the global
-// map if it is registered there. Null if no map comes of it.
+// map if it is registered there. The maps begin with the intrinsics that the submap found; the
+// global one, if the submap does not explain its matches, with those that its cameras came with.
+// Null if no map comes of it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing);
 
 // Matches that agree with a map, and matches that another map could win.
 struct MatchAgreement {
   int64_t agreeing = 0;  // matches between registered photos that are one point
+  // Those of strong pairs, and all matches of strong pairs between registered photos.
+  int64_t strong_agreeing = 0, strong = 0;
   // Matches that another map of the same photos may agree with: those of strong pairs that are
   // torn (misplaced.h) by more than similar structures, and those of photos that are left out.
-  // Photos that a visually similar place or another submap holds are left out rightly.
+  // Photos that a visually similar place or another submap holds are left out rightly. If the map
+  // does not explain its matches: all that don't agree.
   int64_t to_win = 0;
   int num_left_out = 0;  // strong pairs of which one photo is left out
+
+  // Wrong intrinsics and short baselines let a map shrink to the few points that fit: the other
+  // matches have no point, so they contradict nothing. Right maps explain half of their matches or
+  // more.
+  bool IsExplained() const { return 2 * strong_agreeing >= strong; }
 };
 
 // Whether another map may win enough of them to replace this one.

@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <set>
+#include <vector>
 
+#include "mapping/rebuild.h"
 #include "testing/submap_rig.h"
 
 namespace skein::submap_begun_anew_test {
@@ -94,6 +97,26 @@ TEST(Submap, AMapAnewThatIsNotCompleteIsDropped) {
   rig.StopAt(0);
   rig->map.Consolidate(rig->Sink());
   EXPECT_EQ(rig->NumRegistered(), static_cast<int>(rig->scene.photos.size()));
+}
+
+// The matches that are left contradict nothing.
+TEST(MatchAgreement, OfAMapThatLostMostOfItsPointsIsWorthAnotherMap) {
+  SubmapRig run(SyntheticOptions{});
+  run.FeedAll();
+  const auto count = [&run] {
+    return CountMatches(run.map.options(), run.map.map(), run.map.waiting());
+  };
+  EXPECT_TRUE(count().IsExplained());
+  EXPECT_FALSE(MayWinMatches(run.map.options(), count()));
+  Reconstruction model = run.map.map().reconstruction();
+  std::vector<Point3DId> points(model.Point3DIds().begin(), model.Point3DIds().end());
+  std::sort(points.begin(), points.end());
+  for (size_t i = points.size() / 3; i < points.size(); ++i) model.DeletePoint3D(points[i]);
+  ASSERT_TRUE(run.map.ReplaceModel(model).ok());
+  const MatchAgreement shrunk = count();
+  EXPECT_FALSE(shrunk.IsExplained());
+  EXPECT_TRUE(MayWinMatches(run.map.options(), shrunk));
+  EXPECT_EQ(shrunk.to_win, shrunk.strong - shrunk.strong_agreeing);
 }
 
 }  // namespace skein::submap_begun_anew_test
