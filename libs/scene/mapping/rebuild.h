@@ -26,7 +26,7 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
 // Matches that agree with a map, and matches that another map could win.
 struct MatchAgreement {
   int64_t agreeing = 0;  // matches between registered photos that are one point
-  // Those of strong pairs, and all matches of strong pairs between registered photos.
+  // Strong pairs between registered photos: their matches that agree, and all of them.
   int64_t strong_agreeing = 0, strong = 0;
   // Matches that another map of the same photos may agree with: those of strong pairs that are
   // torn (misplaced.h) by more than similar structures, and those of photos that are left out.
