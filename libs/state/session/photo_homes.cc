@@ -12,15 +12,6 @@ bool IsLarger(const SessionState& session, int64_t submap_id, int64_t other_id) 
   return num_ours > num_theirs || (num_ours == num_theirs && submap_id < other_id);
 }
 
-// Whether it holds one of the photo's pairs, or the photo itself.
-bool Touches(const SessionState& session, const SubmapLife& submap, int64_t image_id) {
-  const auto& pairs = session.covisibility().EdgesOf(image_id);
-  return submap.IsRegistered(image_id) ||
-         std::any_of(pairs.begin(), pairs.end(), [&](const CovisibilityGraph::Edge& pair) {
-           return submap.IsRegistered(pair.other_id);
-         });
-}
-
 bool HoldsAllOf(const SubmapLife& holder, const SubmapLife& submap) {
   return std::all_of(submap.photos.begin(), submap.photos.end(), [&](const auto& photo) {
     return !submap.IsRegistered(photo.first) || holder.IsRegistered(photo.first);
@@ -60,13 +51,10 @@ int64_t HolderOfAll(const SessionState& session, int64_t submap_id) {
 }
 
 int64_t LargerNeighbour(const SessionState& session, int64_t submap_id) {
-  const std::vector<int64_t> photos = session.RegisteredIn(submap_id);
-  for (const auto& [other_id, other] : session.submaps()) {
-    if (other_id == submap_id || other.ended || !IsLarger(session, other_id, submap_id)) continue;
-    const auto touches = [&session, &submap = other](int64_t id) {
-      return Touches(session, submap, id);
-    };
-    if (std::any_of(photos.begin(), photos.end(), touches)) return other_id;
+  for (const int64_t image_id : session.RegisteredIn(submap_id)) {
+    for (const auto& [other_id, inliers] : SupportOf(session, image_id)) {
+      if (other_id != submap_id && IsLarger(session, other_id, submap_id)) return other_id;
+    }
   }
   return 0;
 }

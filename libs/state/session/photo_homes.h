@@ -29,9 +29,8 @@ int64_t HeldElsewhere(const SessionState& session, int64_t image_id, int64_t sub
 // there is none. Costs the submaps' photos.
 int64_t HolderOfAll(const SessionState& session, int64_t submap_id);
 
-// A live submap that is larger, or the older of equals, and holds a photo that is in `submap_id` or
-// has a verified pair with one of its photos; 0 if there is none. Costs the pairs of the submap's
-// photos times the live submaps.
+// A live submap that is larger, or the older of equals, and supports a photo of `submap_id`
+// (SupportOf); 0 if there is none. Costs SupportOf of each of its photos.
 int64_t LargerNeighbour(const SessionState& session, int64_t submap_id);
 
 // The submap that tries the photo next: most support (SupportOf) among those that have not refused
