@@ -224,13 +224,14 @@ void AdjustCoarseToFine(const SubmapOptions& options, SceneMap* map) {
   }
 }
 
-void PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map) {
+// Whether all relative rotations fit each other.
+bool PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map) {
   constexpr double kMaxRotationErrorDeg = 10;
   Timer timer;
   const std::vector<RelativeRotation> relative = EstimateRotations(options, without, *map);
   const double relative_s = timer.ElapsedS();
   const RotationAveraging averaging = AverageRotations(relative, kMaxRotationErrorDeg);
-  if (averaging.rotations.size() < 3 || options.IsStopped()) return;
+  if (averaging.rotations.size() < 3 || options.IsStopped()) return false;
   std::vector<RelativeRotation> fitting;
   for (size_t i = 0; i < relative.size(); ++i) {
     if (averaging.fits[i]) fitting.push_back(relative[i]);
@@ -244,9 +245,10 @@ void PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& withou
       "({:.2f} s)",
       fitting.size(), relative.size(), averaging.rotations.size(), relative_s, rays.size(),
       tracks.size(), centers.size(), timer.ElapsedS());
-  if (options.IsStopped()) return;
+  if (options.IsStopped()) return false;
   RegisterAt(averaging, centers, map);
   AdjustCoarseToFine(options, map);
+  return fitting.size() == relative.size();
 }
 
 // Of cameras with several registered photos.
@@ -292,7 +294,7 @@ void MapGlobally(const SubmapOptions& options, const std::set<ImageId>& without,
     std::map<CameraId, double> before;
     for (const auto& [id, camera] : map->reconstruction().Cameras())
       before[id] = camera.MeanFocalLength();
-    PlaceGlobally(options, without, map);
+    if (PlaceGlobally(options, without, map)) return;
     const std::map<CameraId, double> after = FocalLengths(*map);
     const bool has_changed = std::any_of(after.begin(), after.end(), [&](const auto& focal) {
       return std::abs(focal.second / before.at(focal.first) - 1) > kMaxFocalChange;
