@@ -10,6 +10,7 @@
 
 #include "bundle/point_terms.h"
 #include "bundle/reduced_system.h"
+#include "core/angles.h"
 
 namespace skein {
 namespace {
@@ -257,26 +258,52 @@ Spectrum FindSpectrum(const ShapeCovariance& covariance, int size) {
   return spectrum;
 }
 
-// For each pose the others that share points with it, and how many.
-std::vector<std::vector<std::pair<int, int>>> SharedPoints(const Bundle& bundle) {
+// Points that two poses observe.
+struct NumShared {
+  int all = 0;
+  int of_three = 0;  // that are seen from three directions
+};
+
+// Copies and bursts of one photo count as one direction.
+bool IsSeenFromThreeDirections(const Bundle& bundle, const Centers& centers,
+                               const BundlePoint& point) {
+  const double max_cosine = std::cos(DegToRad(0.2));
+  std::vector<Eigen::Vector3d> directions;
+  for (int i = point.first; i < point.first + point.count && directions.size() < 3; ++i) {
+    const Eigen::Vector3d direction =
+        (centers[bundle.observations[i].pose] - point.xyz).normalized();
+    const bool is_new = std::all_of(directions.begin(), directions.end(), [&](const auto& other) {
+      return other.dot(direction) < max_cosine;
+    });
+    if (is_new) directions.push_back(direction);
+  }
+  return directions.size() == 3;
+}
+
+// For each pose the others that share points with it.
+std::vector<std::vector<std::pair<int, NumShared>>> SharedPoints(const Bundle& bundle) {
   const size_t num = bundle.poses.size();
-  std::vector<std::vector<const BundlePoint*>> points_of(num);
+  const Centers centers = CentersOf(bundle);
+  std::vector<std::vector<std::pair<const BundlePoint*, bool>>> points_of(num);
   for (const BundlePoint& point : bundle.points) {
+    const bool is_of_three = IsSeenFromThreeDirections(bundle, centers, point);
     for (int i = point.first; i < point.first + point.count; ++i) {
-      points_of[bundle.observations[i].pose].push_back(&point);
+      points_of[bundle.observations[i].pose].emplace_back(&point, is_of_three);
     }
   }
-  std::vector<std::vector<std::pair<int, int>>> shared(num);
-  std::vector<int> counts(num, 0);
+  std::vector<std::vector<std::pair<int, NumShared>>> shared(num);
+  std::vector<NumShared> counts(num);
   for (size_t a = 0; a < num; ++a) {
-    for (const BundlePoint* point : points_of[a]) {
+    for (const auto& [point, is_of_three] : points_of[a]) {
       for (int i = point->first; i < point->first + point->count; ++i) {
-        ++counts[bundle.observations[i].pose];
+        NumShared& count = counts[bundle.observations[i].pose];
+        ++count.all;
+        count.of_three += is_of_three;
       }
     }
     for (size_t b = 0; b < num; ++b) {
-      const int count = std::exchange(counts[b], 0);
-      if (count > 0 && b != a) shared[a].emplace_back(static_cast<int>(b), count);
+      const NumShared count = std::exchange(counts[b], {});
+      if (count.all > 0 && b != a) shared[a].emplace_back(static_cast<int>(b), count);
     }
   }
   return shared;
@@ -291,14 +318,16 @@ std::vector<bool> PosesBelow(const SpanningTree& tree, int top) {
   return is_below;
 }
 
-int CountPointsOfBothSides(const Bundle& bundle, const std::vector<bool>& is_below) {
+int CountTyingPoints(const Bundle& bundle, const Centers& centers,
+                     const std::vector<bool>& is_below) {
   int num_points = 0;
   for (const BundlePoint& point : bundle.points) {
     int num_below = 0;
     for (int i = point.first; i < point.first + point.count; ++i) {
       num_below += is_below[bundle.observations[i].pose];
     }
-    num_points += num_below > 0 && num_below < point.count;
+    num_points += num_below > 0 && num_below < point.count &&
+                  IsSeenFromThreeDirections(bundle, centers, point);
   }
   return num_points;
 }
@@ -326,22 +355,24 @@ std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss) {
 SpanningTree MaximumSpanningTree(const Bundle& bundle) {
   const int num = static_cast<int>(bundle.poses.size());
   const auto edges = SharedPoints(bundle);
-  SpanningTree tree{{}, std::vector<int>(num, -1), std::vector<int>(num, 0)};
-  std::vector<int>& best = tree.shared;
+  SpanningTree tree{{}, std::vector<int>(num, -1), {}};
+  std::vector<NumShared> best(num);
   std::vector<bool> is_in(num, false);
   for (int k = 0; k < num; ++k) {
     int next = -1;
     for (int i = 0; i < num; ++i) {
-      if (!is_in[i] && (next < 0 || best[i] > best[next])) next = i;
+      if (!is_in[i] && (next < 0 || best[i].all > best[next].all)) next = i;
     }
+    if (k > 0 && tree.parent[next] < 0) tree.parent[next] = tree.order.front();
     is_in[next] = true;
     tree.order.push_back(next);
     for (const auto& [other, count] : edges[next]) {
-      if (is_in[other] || count <= best[other]) continue;
+      if (is_in[other] || count.all <= best[other].all) continue;
       best[other] = count;
       tree.parent[other] = next;
     }
   }
+  for (const NumShared& count : best) tree.shared.push_back(count.of_three);
   return tree;
 }
 
@@ -377,6 +408,7 @@ WeakestCut FindWeakestCut(const Bundle& bundle, const SpanningTree& tree,
 std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningTree& tree,
                                            int min_points) {
   const auto num = static_cast<int>(bundle.poses.size());
+  const Centers centers = CentersOf(bundle);
   std::optional<ThinnestCut> thinnest;
   for (const int i : tree.order) {
     const int parent = tree.parent[i];
@@ -384,11 +416,13 @@ std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningT
     const std::vector<bool> is_below = PosesBelow(tree, i);
     const auto num_below = static_cast<int>(std::count(is_below.begin(), is_below.end(), true));
     if (std::min(num_below, num - num_below) < 2) continue;
-    const int num_points = CountPointsOfBothSides(bundle, is_below);
+    const int num_points = CountTyingPoints(bundle, centers, is_below);
     if (num_points >= (thinnest ? thinnest->num_points : min_points)) continue;
     const bool is_below_loose = num_below <= num - num_below;
-    thinnest = {is_below_loose ? i : parent, is_below_loose ? parent : i,
-                std::min(num_below, num - num_below), num_points};
+    thinnest = {is_below_loose ? i : parent, is_below_loose ? parent : i, {}, num_points};
+    for (int k = 0; k < num; ++k) {
+      if (is_below[k] == is_below_loose) thinnest->loose_side.push_back(k);
+    }
   }
   return thinnest;
 }

@@ -33,12 +33,12 @@ struct LoosestMode {
 // is constant.
 std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss = Loss::kSoftL1);
 
-// Maximum spanning tree of poses, which are joined by the points that they share. A forest if the
-// poses hang together by no points. Each edge cuts them into two parts.
+// Maximum spanning tree of poses, which are joined by the points that they share. Each edge cuts
+// them into two parts.
 struct SpanningTree {
   std::vector<int> order;   // a pose comes after its parent
-  std::vector<int> parent;  // -1: a root
-  std::vector<int> shared;  // points shared with the parent
+  std::vector<int> parent;  // -1: the root, the parent of poses that share points with none
+  std::vector<int> shared;  // points shared with the parent that may tie (ThinnestCut)
 };
 // By Prim's algorithm.
 SpanningTree MaximumSpanningTree(const Bundle& bundle);
@@ -54,14 +54,16 @@ struct WeakestCut {
 WeakestCut FindWeakestCut(const Bundle& bundle, const SpanningTree& tree,
                           const std::vector<Eigen::Vector3d>& displacements);
 
-// Cut of the bundle's tree, with two poses or more on each side, at which the sides observe fewest
-// points in common. Nothing if each such cut has `min_points` or more. A cut has at least as many
-// as its edge: only edges with fewer cost a visit of all observations.
+// Cut of the bundle's tree, with two poses or more on each side, at which fewest points tie the
+// sides. A point ties if both sides observe it, from three directions: of other points no side
+// tells the depth, and the scale between the sides stays free. Nothing if each such cut has
+// `min_points` or more. A cut has at least as many as its edge: only edges with fewer cost a visit
+// of all observations.
 struct ThinnestCut {
   int loose = -1;  // as in WeakestCut
   int anchor = -1;
-  int num_loose = 0;
-  int num_points = 0;  // that poses of both sides observe
+  std::vector<int> loose_side;  // its poses, ascending
+  int num_points = 0;
 };
 std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningTree& tree,
                                            int min_points);

@@ -225,6 +225,7 @@ TEST(WeakestCut, OfAHingeItIsTheHinge) {
 void AddPoints(int num_points, const std::vector<int>& poses, Bundle* bundle) {
   for (int i = 0; i < num_points; ++i) {
     BundlePoint point;
+    point.xyz.z() = 10;
     point.first = static_cast<int>(bundle->observations.size());
     point.count = static_cast<int>(poses.size());
     bundle->points.push_back(point);
@@ -235,34 +236,62 @@ void AddPoints(int num_points, const std::vector<int>& poses, Bundle* bundle) {
   }
 }
 
+void AddPoseAt(double x, Bundle* bundle) {
+  BundlePose pose;
+  pose.t.x() = -x;
+  bundle->poses.push_back(pose);
+}
+
 // Poses 0 to 3 and 4 to 5 observe points of their own.
 Bundle TwoParts() {
   Bundle bundle;
-  bundle.poses.resize(6);
+  for (const double x : {0, 1, 2, 3, 4, 5}) AddPoseAt(x, &bundle);
   AddPoints(100, {0, 1, 2, 3}, &bundle);
   AddPoints(50, {4, 5}, &bundle);
   return bundle;
 }
 
-// The tie is what both sides observe, not what the two poses at the cut do.
-TEST(ThinnestCut, CountsWhatBothSidesObserve) {
+// The tie is what both sides observe, not what the two poses at the cut do. Points of two poses
+// leave the scale free.
+TEST(ThinnestCut, CountsWhatTiesTheSides) {
   Bundle bundle = TwoParts();
-  AddPoints(12, {3, 4}, &bundle);
+  AddPoints(12, {2, 3, 4}, &bundle);
   AddPoints(5, {0, 1, 5}, &bundle);
+  AddPoints(40, {3, 4}, &bundle);
   const auto cut = FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30);
   ASSERT_TRUE(cut);
   EXPECT_EQ(cut->loose, 4);
   EXPECT_EQ(cut->anchor, 3);
-  EXPECT_EQ(cut->num_loose, 2);
+  EXPECT_EQ(cut->loose_side, std::vector<int>({4, 5}));
   EXPECT_EQ(cut->num_points, 17);
-  AddPoints(13, {2, 5}, &bundle);
+  AddPoints(13, {2, 4, 5}, &bundle);
   EXPECT_FALSE(FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30));
+}
+
+// South-building, each photo with a smaller copy: 17 % of the extent wrong.
+TEST(ThinnestCut, CopiesOfAPhotoTieNothing) {
+  Bundle bundle = TwoParts();
+  AddPoseAt(3, &bundle);
+  AddPoints(100, {2, 3, 6}, &bundle);
+  AddPoints(40, {3, 6, 4}, &bundle);
+  const auto cut = FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30);
+  ASSERT_TRUE(cut);
+  EXPECT_EQ(cut->loose_side, std::vector<int>({4, 5}));
+  EXPECT_EQ(cut->num_points, 0);
+}
+
+TEST(ThinnestCut, CutsWhereNothingIsShared) {
+  const Bundle bundle = TwoParts();
+  const auto cut = FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30);
+  ASSERT_TRUE(cut);
+  EXPECT_EQ(cut->loose_side, std::vector<int>({4, 5}));
+  EXPECT_EQ(cut->num_points, 0);
 }
 
 TEST(ThinnestCut, OfASinglePoseThereIsNone) {
   Bundle bundle = TwoParts();
-  AddPoints(40, {3, 4}, &bundle);
-  bundle.poses.emplace_back();
+  AddPoints(40, {2, 3, 4}, &bundle);
+  AddPoseAt(6, &bundle);
   AddPoints(10, {0, 6}, &bundle);
   EXPECT_FALSE(FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30));
 }

@@ -2,9 +2,11 @@
 
 #include <set>
 
+#include "bundle/loosest_mode.h"
 #include "core/threads.h"
 #include "disambiguation/similar_structures.h"
 #include "mapping/misplaced.h"
+#include "mapping/model_check.h"
 #include "mapping/registration.h"
 #include "sfm/pose.h"
 
@@ -58,7 +60,18 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.photos = FindPhotosOfAnotherPlace(map_, first, options_.num_threads);
   if (!found.photos.empty() && WouldBeMergedAgain(found.photos)) found.photos.clear();
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
-  return found;
+  if (!found.photos.empty()) return found;
+  return {FindUntiedPhotos(),
+          {Refusal::Cause::kTooFewCommonPoints, "in a part that too few points tie to the map"}};
+}
+
+std::vector<ImageId> Consistency::FindUntiedPhotos() const {
+  const Bundle bundle = BuildGlobalBundle(map_, false);
+  const auto cut = FindThinnestCut(bundle, MaximumSpanningTree(bundle), kMinTie);
+  std::vector<ImageId> photos;
+  if (!cut) return photos;
+  for (const int pose : cut->loose_side) photos.push_back(bundle.poses[pose].image_id);
+  return photos;
 }
 
 bool Consistency::WouldBeMergedAgain(const std::vector<ImageId>& photos) const {

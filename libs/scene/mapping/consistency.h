@@ -38,8 +38,9 @@ class Consistency {
   std::vector<ImageId> FindPhotosWithBetterPose() const;
 
   // Groups of photos in the wrong place: by matches that contradict their poses, else by different
-  // cells, if a merge would keep the groups apart, else by missing cells. `first` is a photo of the
-  // group that stays.
+  // cells, if a merge would keep the groups apart, else by missing cells, else those that too few
+  // points tie to the map. `first` is a photo of the group that stays; in the first and the last
+  // case the largest stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;
   // Registered photos that match a visually similar place and have too many missing cells. Such
   // photos may show that place: a cell can only differ where they have points of their own.
@@ -51,6 +52,7 @@ class Consistency {
   // few pairs. Withdrawn, such photos would begin a map that is merged, and be withdrawn again.
   bool WouldBeMergedAgain(const std::vector<ImageId>& photos) const;
   std::vector<ImageId> FindByMissingCells(ImageId first) const;
+  std::vector<ImageId> FindUntiedPhotos() const;
 
   const SubmapOptions& options_;
   const SceneMap& map_;

@@ -20,7 +20,7 @@ ShapeCheck CheckShape(const Bundle& bundle) {
   const SpanningTree tree = MaximumSpanningTree(bundle);
   if (const auto tie = FindThinnestCut(bundle, tree, kMinTie)) {
     return {1, bundle.poses[tie->loose].image_id, bundle.poses[tie->anchor].image_id,
-            tie->num_loose};
+            static_cast<int>(tie->loose_side.size())};
   }
   const double extent = ExtentOf(bundle);
   const std::optional<LoosestMode> mode = FindLoosestMode(bundle);

@@ -7,18 +7,17 @@
 
 namespace skein {
 
-// Points by which two or more photos must hang on the rest: as many as one photo needs to be
-// registered (registration.h). With fewer, chance can have tied them there. The thinnest such tie
-// had 9 to 20 points in three maps with mirrored photos, 32 or more in 152 maps of other captures.
-constexpr int kMinTie = limits::kMinPoseInliers;
+// Points that must tie two or more photos to the rest (ThinnestCut): as many as one photo needs to
+// stay (consistency.h). With fewer, chance can have tied them there.
+constexpr int kMinTie = 15;
 
 // How well the observations of a map determine its shape.
 struct ShapeCheck {
   // Expected position error, RMS over the photos, as a fraction of the extent (the largest distance
   // between two photos): what `skein evaluate` measures against a truth. At most 1; 1 if a photo is
   // not determined at all. 0: not known. The noise is that of the map's own residuals,
-  // times 2, as observations share errors. Photos in a wrong place are not in it, unless they are
-  // two or more that share fewer than kMinTie points with the rest: then it is 1.
+  // times 2, as observations share errors. Photos in a wrong place are not in it, unless fewer than
+  // kMinTie points tie two or more to the rest: then it is 1.
   double position_sigma = 0;
   // The photos between which the loosest mode bends (WeakestCut), or between which the tie is too
   // thin (ThinnestCut); 0: none.
