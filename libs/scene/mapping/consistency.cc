@@ -60,9 +60,7 @@ Withdrawal Consistency::FindMisplacedPhotos(ImageId first) const {
   found.photos = FindPhotosOfAnotherPlace(map_, first, options_.num_threads);
   if (!found.photos.empty() && WouldBeMergedAgain(found.photos)) found.photos.clear();
   if (found.photos.empty()) found.photos = FindByMissingCells(first);
-  if (!found.photos.empty()) return found;
-  return {FindUntiedPhotos(),
-          {Refusal::Cause::kTooFewCommonPoints, "in a part that too few points tie to the map"}};
+  return found;
 }
 
 std::vector<ImageId> Consistency::FindUntiedPhotos() const {

@@ -38,10 +38,11 @@ class Consistency {
   std::vector<ImageId> FindPhotosWithBetterPose() const;
 
   // Groups of photos in the wrong place: by matches that contradict their poses, else by different
-  // cells, if a merge would keep the groups apart, else by missing cells, else those that too few
-  // points tie to the map. `first` is a photo of the group that stays; in the first and the last
-  // case the largest stays.
+  // cells, if a merge would keep the groups apart, else by missing cells. `first` is a photo of the
+  // group that stays.
   Withdrawal FindMisplacedPhotos(ImageId first) const;
+  // The part that fewer than kMinTie points tie to the rest (model_check.h). Visits all points.
+  std::vector<ImageId> FindUntiedPhotos() const;
   // Registered photos that match a visually similar place and have too many missing cells. Such
   // photos may show that place: a cell can only differ where they have points of their own.
   std::vector<ImageId> FindPhotosWithTooManyMissingCells() const;
@@ -52,7 +53,6 @@ class Consistency {
   // few pairs. Withdrawn, such photos would begin a map that is merged, and be withdrawn again.
   bool WouldBeMergedAgain(const std::vector<ImageId>& photos) const;
   std::vector<ImageId> FindByMissingCells(ImageId first) const;
-  std::vector<ImageId> FindUntiedPhotos() const;
 
   const SubmapOptions& options_;
   const SceneMap& map_;

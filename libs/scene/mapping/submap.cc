@@ -269,7 +269,18 @@ bool Submap::WithdrawMisplaced(const EventSink& sink) {
   WithdrawForRetry(found.photos, found.refusal, sink);
   if (!found.photos.empty()) waiting_.RetryDeferred();
   may_be_misplaced_ = false;
-  return !found.photos.empty();
+  return !found.photos.empty() || WithdrawUntied(sink);
+}
+
+// Not tried again at once: nothing says where they are. True if there were any.
+bool Submap::WithdrawUntied(const EventSink& sink) {
+  const std::vector<ImageId> untied = consistency_.FindUntiedPhotos();
+  for (const ImageId id : untied) {
+    Withdraw(id,
+             {Refusal::Cause::kTooFewCommonPoints, "in a part that too few points tie to the map"},
+             sink);
+  }
+  return !untied.empty();
 }
 
 bool Submap::TakeBack(int64_t image_id, const Refusal& refusal, const EventSink& sink) {

@@ -197,6 +197,7 @@ class Submap {
   void WithdrawWeak(const std::vector<ImageId>& images, const EventSink& sink);
   void WithdrawContradicted(const std::vector<ImageId>& images, const EventSink& sink);
   bool WithdrawMisplaced(const EventSink& sink);
+  bool WithdrawUntied(const EventSink& sink);
   void WithdrawForRetry(const std::vector<ImageId>& ids, const Refusal& refusal,
                         const EventSink& sink);
   bool Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink);
