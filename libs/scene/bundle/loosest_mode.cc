@@ -264,20 +264,24 @@ struct NumShared {
   int of_three = 0;  // that are seen from three directions
 };
 
-// Copies and bursts of one photo count as one direction.
-bool IsSeenFromThreeDirections(const Bundle& bundle, const Centers& centers,
-                               const BundlePoint& point) {
+using IsOfSide = std::vector<bool>;  // of each pose
+
+// Whether the poses of a side, or all, see the point from `num` directions. Copies and bursts of
+// one photo count as one.
+bool IsSeenFrom(size_t num, const Bundle& bundle, const Centers& centers, const BundlePoint& point,
+                const IsOfSide& side = {}) {
   const double max_cosine = std::cos(DegToRad(0.2));
   std::vector<Eigen::Vector3d> directions;
-  for (int i = point.first; i < point.first + point.count && directions.size() < 3; ++i) {
-    const Eigen::Vector3d direction =
-        (centers[bundle.observations[i].pose] - point.xyz).normalized();
+  for (int i = point.first; i < point.first + point.count && directions.size() < num; ++i) {
+    const int pose = bundle.observations[i].pose;
+    if (!side.empty() && !side[pose]) continue;
+    const Eigen::Vector3d direction = (centers[pose] - point.xyz).normalized();
     const bool is_new = std::all_of(directions.begin(), directions.end(), [&](const auto& other) {
       return other.dot(direction) < max_cosine;
     });
     if (is_new) directions.push_back(direction);
   }
-  return directions.size() == 3;
+  return directions.size() == num;
 }
 
 // For each pose the others that share points with it.
@@ -286,7 +290,7 @@ std::vector<std::vector<std::pair<int, NumShared>>> SharedPoints(const Bundle& b
   const Centers centers = CentersOf(bundle);
   std::vector<std::vector<std::pair<const BundlePoint*, bool>>> points_of(num);
   for (const BundlePoint& point : bundle.points) {
-    const bool is_of_three = IsSeenFromThreeDirections(bundle, centers, point);
+    const bool is_of_three = IsSeenFrom(3, bundle, centers, point);
     for (int i = point.first; i < point.first + point.count; ++i) {
       points_of[bundle.observations[i].pose].emplace_back(&point, is_of_three);
     }
@@ -309,27 +313,37 @@ std::vector<std::vector<std::pair<int, NumShared>>> SharedPoints(const Bundle& b
   return shared;
 }
 
-// Whether each pose is `top` or below it.
-std::vector<bool> PosesBelow(const SpanningTree& tree, int top) {
-  std::vector<bool> is_below(tree.order.size(), false);
+// `top` and the poses below it.
+IsOfSide PosesBelow(const SpanningTree& tree, int top) {
+  IsOfSide is_below(tree.order.size(), false);
   for (const int i : tree.order) {
     is_below[i] = i == top || (tree.parent[i] >= 0 && is_below[tree.parent[i]]);
   }
   return is_below;
 }
 
-int CountTyingPoints(const Bundle& bundle, const Centers& centers,
-                     const std::vector<bool>& is_below) {
+// Points that both sides observe, from three directions.
+int CountTyingPoints(const Bundle& bundle, const Centers& centers, const IsOfSide& side) {
   int num_points = 0;
   for (const BundlePoint& point : bundle.points) {
-    int num_below = 0;
+    int num_of_side = 0;
     for (int i = point.first; i < point.first + point.count; ++i) {
-      num_below += is_below[bundle.observations[i].pose];
+      num_of_side += side[bundle.observations[i].pose];
     }
-    num_points += num_below > 0 && num_below < point.count &&
-                  IsSeenFromThreeDirections(bundle, centers, point);
+    num_points +=
+        num_of_side > 0 && num_of_side < point.count && IsSeenFrom(3, bundle, centers, point);
   }
   return num_points;
+}
+
+// Whether the side alone sees so many points from two directions.
+bool HasScale(int min_points, const Bundle& bundle, const Centers& centers, const IsOfSide& side) {
+  int num_points = 0;
+  for (const BundlePoint& point : bundle.points) {
+    num_points += IsSeenFrom(2, bundle, centers, point, side);
+    if (num_points >= min_points) return true;
+  }
+  return false;
 }
 
 }  // namespace
@@ -413,15 +427,19 @@ std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningT
   for (const int i : tree.order) {
     const int parent = tree.parent[i];
     if (parent < 0 || tree.shared[i] >= min_points) continue;
-    const std::vector<bool> is_below = PosesBelow(tree, i);
-    const auto num_below = static_cast<int>(std::count(is_below.begin(), is_below.end(), true));
-    if (std::min(num_below, num - num_below) < 2) continue;
-    const int num_points = CountTyingPoints(bundle, centers, is_below);
+    const IsOfSide below = PosesBelow(tree, i);
+    IsOfSide above = below;
+    above.flip();
+    if (!HasScale(min_points, bundle, centers, below) ||
+        !HasScale(min_points, bundle, centers, above)) {
+      continue;
+    }
+    const int num_points = CountTyingPoints(bundle, centers, below);
     if (num_points >= (thinnest ? thinnest->num_points : min_points)) continue;
-    const bool is_below_loose = num_below <= num - num_below;
+    const bool is_below_loose = 2 * std::count(below.begin(), below.end(), true) <= num;
     thinnest = {is_below_loose ? i : parent, is_below_loose ? parent : i, {}, num_points};
     for (int k = 0; k < num; ++k) {
-      if (is_below[k] == is_below_loose) thinnest->loose_side.push_back(k);
+      if (below[k] == is_below_loose) thinnest->loose_side.push_back(k);
     }
   }
   return thinnest;

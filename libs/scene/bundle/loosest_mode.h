@@ -54,11 +54,11 @@ struct WeakestCut {
 WeakestCut FindWeakestCut(const Bundle& bundle, const SpanningTree& tree,
                           const std::vector<Eigen::Vector3d>& displacements);
 
-// Cut of the bundle's tree, with two poses or more on each side, at which fewest points tie the
-// sides. A point ties if both sides observe it, from three directions: of other points no side
-// tells the depth, and the scale between the sides stays free. Nothing if each such cut has
-// `min_points` or more. A cut has at least as many as its edge: only edges with fewer cost a visit
-// of all observations.
+// Cut of the bundle's tree at which fewest points tie the sides, each with a scale of its own: it
+// sees `min_points` from two directions. A point ties if both sides observe it, from three
+// directions: of other points no side tells the depth, and the scale between the sides stays free.
+// Nothing if each such cut has `min_points` or more. A cut has at least as many as its edge: only
+// edges with fewer cost a visit of all observations.
 struct ThinnestCut {
   int loose = -1;  // as in WeakestCut
   int anchor = -1;

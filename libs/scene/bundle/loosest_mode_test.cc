@@ -280,6 +280,16 @@ TEST(ThinnestCut, CopiesOfAPhotoTieNothing) {
   EXPECT_EQ(cut->num_points, 0);
 }
 
+// Two photos with a copy each: neither side has a scale of its own.
+TEST(ThinnestCut, CopiesAreNoSide) {
+  Bundle bundle;
+  for (const double x : {0, 0, 1, 1}) AddPoseAt(x, &bundle);
+  AddPoints(100, {0, 1, 2, 3}, &bundle);
+  AddPoints(100, {0, 1}, &bundle);
+  AddPoints(100, {2, 3}, &bundle);
+  EXPECT_FALSE(FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30));
+}
+
 TEST(ThinnestCut, CutsWhereNothingIsShared) {
   const Bundle bundle = TwoParts();
   const auto cut = FindThinnestCut(bundle, MaximumSpanningTree(bundle), 30);

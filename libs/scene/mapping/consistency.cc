@@ -13,8 +13,6 @@
 namespace skein {
 namespace {
 
-constexpr int kMinObservations = 15;  // of a registered photo; with less it is withdrawn
-
 // Part of the points that its matches tie it to that a registered photo must observe. Looked at
 // after each global BA. Registration asks for a quarter of them.
 constexpr double kMinObservedRatio = 0.15;
@@ -23,7 +21,7 @@ constexpr double kMinObservedRatio = 0.15;
 
 bool Consistency::IsWeak(ImageId id) const {
   const int num_points = static_cast<int>(map_.reconstruction().Image(id).NumPoints3D());
-  return num_points < kMinObservations;
+  return num_points < kMinTie;
 }
 
 Consistency::Contradiction Consistency::FindContradiction(ImageId id) const {

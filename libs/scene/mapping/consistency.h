@@ -22,7 +22,7 @@ class Consistency {
   Consistency(const SubmapOptions& options, const SceneMap& map, const WaitingPhotos& waiting)
       : options_(options), map_(map), waiting_(waiting) {}
 
-  // A registered photo with too few observations.
+  // A registered photo with fewer than kMinTie observations (model_check.h).
   bool IsWeak(ImageId id) const;
 
   // A registered photo that observes too few of the points of its matches, or whose matches agree

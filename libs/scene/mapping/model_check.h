@@ -7,8 +7,8 @@
 
 namespace skein {
 
-// Points that must tie two or more photos to the rest (ThinnestCut): as many as one photo needs to
-// stay (consistency.h). With fewer, chance can have tied them there.
+// Points that a photo must observe, and that must tie a part to the rest (ThinnestCut). With fewer,
+// chance can have tied them there.
 constexpr int kMinTie = 15;
 
 // How well the observations of a map determine its shape.
@@ -17,7 +17,7 @@ struct ShapeCheck {
   // between two photos): what `skein evaluate` measures against a truth. At most 1; 1 if a photo is
   // not determined at all. 0: not known. The noise is that of the map's own residuals,
   // times 2, as observations share errors. Photos in a wrong place are not in it, unless fewer than
-  // kMinTie points tie two or more to the rest: then it is 1.
+  // kMinTie points tie their part to the rest: then it is 1.
   double position_sigma = 0;
   // The photos between which the loosest mode bends (WeakestCut), or between which the tie is too
   // thin (ThinnestCut); 0: none.
