@@ -20,6 +20,8 @@ constexpr int kLanczosIterations = 20;
 constexpr double kNothingLeft = 1e-9;
 // A point of which the rays are parallel to numerical precision says nothing of positions.
 constexpr double kMaxConditionOfPoint = 1e12;
+// Between directions that copies and bursts of one photo see a point from.
+constexpr double kSameDirectionDeg = 0.2;
 
 using Matrix7d = Eigen::Matrix<double, 7, 7>;
 using Vector7d = Eigen::Matrix<double, 7, 1>;
@@ -270,7 +272,7 @@ using IsOfSide = std::vector<bool>;  // of each pose
 // one photo count as one.
 bool IsSeenFrom(size_t num, const Bundle& bundle, const Centers& centers, const BundlePoint& point,
                 const IsOfSide& side = {}) {
-  const double max_cosine = std::cos(DegToRad(0.2));
+  const double max_cosine = std::cos(DegToRad(kSameDirectionDeg));
   std::vector<Eigen::Vector3d> directions;
   for (int i = point.first; i < point.first + point.count && directions.size() < num; ++i) {
     const int pose = bundle.observations[i].pose;
@@ -323,17 +325,14 @@ IsOfSide PosesBelow(const SpanningTree& tree, int top) {
 }
 
 // Points that both sides observe, from three directions.
-int CountTyingPoints(const Bundle& bundle, const Centers& centers, const IsOfSide& side) {
-  int num_points = 0;
-  for (const BundlePoint& point : bundle.points) {
-    int num_of_side = 0;
-    for (int i = point.first; i < point.first + point.count; ++i) {
-      num_of_side += side[bundle.observations[i].pose];
-    }
-    num_points +=
-        num_of_side > 0 && num_of_side < point.count && IsSeenFrom(3, bundle, centers, point);
-  }
-  return num_points;
+int CountTyingPoints(const Bundle& bundle, const Centers& centers, const IsOfSide& below,
+                     const IsOfSide& above) {
+  return static_cast<int>(
+      std::count_if(bundle.points.begin(), bundle.points.end(), [&](const BundlePoint& point) {
+        return IsSeenFrom(1, bundle, centers, point, below) &&
+               IsSeenFrom(1, bundle, centers, point, above) &&
+               IsSeenFrom(3, bundle, centers, point);
+      }));
 }
 
 // Whether the side alone sees so many points from two directions.
@@ -434,7 +433,7 @@ std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningT
         !HasScale(min_points, bundle, centers, above)) {
       continue;
     }
-    const int num_points = CountTyingPoints(bundle, centers, below);
+    const int num_points = CountTyingPoints(bundle, centers, below, above);
     if (num_points >= (thinnest ? thinnest->num_points : min_points)) continue;
     const bool is_below_loose = 2 * std::count(below.begin(), below.end(), true) <= num;
     thinnest = {is_below_loose ? i : parent, is_below_loose ? parent : i, {}, num_points};

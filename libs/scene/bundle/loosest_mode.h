@@ -63,7 +63,7 @@ struct ThinnestCut {
   int loose = -1;  // as in WeakestCut
   int anchor = -1;
   std::vector<int> loose_side;  // its poses, ascending
-  int num_points = 0;
+  int num_points = 0;           // that tie the sides
 };
 std::optional<ThinnestCut> FindThinnestCut(const Bundle& bundle, const SpanningTree& tree,
                                            int min_points);
