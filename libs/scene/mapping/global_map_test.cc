@@ -116,6 +116,18 @@ TEST(FindPositions, OfARingOfFacades) {
   EXPECT_LT(facades.LargestError(found), 3);
 }
 
+// Ceres orders unknowns by their addresses.
+TEST(FindPositions, DoesNotDependOnMemory) {
+  const Ring ring(0.005);
+  const auto first = FindPositions(ring.points, 1, nullptr);
+  std::vector<std::vector<char>> blocks;
+  for (size_t i = 1; i <= 5; ++i) {
+    for (size_t size = 8; size < 400; size += 8 * i) blocks.emplace_back(size);
+    for (size_t k = 0; k < blocks.size(); k += 2) blocks[k] = {};
+    EXPECT_EQ(FindPositions(ring.points, 1, nullptr), first);
+  }
+}
+
 TEST(FindPositions, EndsWhereItIsToStop) {
   const Ring ring(0);
   EXPECT_TRUE(FindPositions(ring.points, 1, [] { return true; }).empty());

@@ -51,11 +51,14 @@ class PositionSolver {
     options_.num_threads = num_threads;
     options_.logging_type = ceres::SILENT;
     options_.callbacks.push_back(&callback_);
+    size_t num_rays = 0;
     for (const PointRays& point : points) {
-      depths_.emplace_back(point.rays.size(), 1.0);
+      num_rays += point.rays.size();
       if (!IsUsed(point)) continue;
-      for (const auto& ray : point.rays) centers_[ray.image_id] = Eigen::Vector3d::Zero();
+      for (const auto& ray : point.rays) index_.try_emplace(ray.image_id, index_.size());
     }
+    depths_.assign(num_rays, 1.0);
+    centers_.assign(index_.size(), Eigen::Vector3d::Zero());
   }
 
   // False if it failed or was stopped.
@@ -68,7 +71,11 @@ class PositionSolver {
     return Solve<DirectionResidual>(1 / kMaxDepth, &cauchy);
   }
 
-  const std::map<uint32_t, Eigen::Vector3d>& centers() const { return centers_; }
+  std::map<uint32_t, Eigen::Vector3d> Centers() const {
+    std::map<uint32_t, Eigen::Vector3d> centers;
+    for (const auto& [id, index] : index_) centers[id] = centers_[index];
+    return centers;
+  }
 
  private:
   static constexpr double kMaxDepth = 1e5;
@@ -77,9 +84,7 @@ class PositionSolver {
 
   // Ceres refuses a start outside of the bounds, and rays that are almost parallel meet anywhere.
   void InvertDepths() {
-    for (std::vector<double>& depths : depths_) {
-      for (double& depth : depths) depth = 1 / std::min(depth, kMaxDepth);
-    }
+    for (double& depth : depths_) depth = 1 / std::min(depth, kMaxDepth);
   }
 
   // `bound`: the least value of a depth, or of its inverse.
@@ -90,20 +95,22 @@ class PositionSolver {
     ceres::Problem problem(options);
     auto* ordering = new ceres::ParameterBlockOrdering;
     options_.linear_solver_ordering.reset(ordering);
+    double* depth = depths_.data();
     for (size_t k = 0; k < points_.size(); ++k) {
-      if (!IsUsed(points_[k])) continue;
-      for (size_t i = 0; i < points_[k].rays.size(); ++i) {
-        const PointRays::Ray& ray = points_[k].rays[i];
-        double* depth = &depths_[k][i];
+      if (!IsUsed(points_[k])) {
+        depth += points_[k].rays.size();
+        continue;
+      }
+      for (const PointRays::Ray& ray : points_[k].rays) {
         problem.AddResidualBlock(
             new ceres::AutoDiffCostFunction<Residual, 3, 3, 3, 1>(new Residual{ray.direction}),
-            loss, centers_.at(ray.image_id).data(), xyz_[k].data(), depth);
+            loss, centers_[index_.at(ray.image_id)].data(), xyz_[k].data(), depth);
         problem.SetParameterLowerBound(depth, 0, bound);
-        ordering->AddElementToGroup(depth, 0);
+        ordering->AddElementToGroup(depth++, 0);
       }
       ordering->AddElementToGroup(xyz_[k].data(), 1);
     }
-    for (auto& [id, center] : centers_) ordering->AddElementToGroup(center.data(), 2);
+    for (Eigen::Vector3d& center : centers_) ordering->AddElementToGroup(center.data(), 2);
     ceres::Solver::Summary summary;
     ceres::Solve(options_, &problem, &summary);
     return summary.IsSolutionUsable();
@@ -112,9 +119,12 @@ class PositionSolver {
   const std::vector<PointRays>& points_;
   StopCallback callback_;
   ceres::Solver::Options options_;
-  std::map<uint32_t, Eigen::Vector3d> centers_;
-  std::vector<Eigen::Vector3d> xyz_;         // as points_
-  std::vector<std::vector<double>> depths_;  // of each ray of points_; later their inverses
+  std::map<uint32_t, size_t> index_;  // by image, in centers_
+  // Ceres orders unknowns by their addresses: in one array each, so the result depends on nothing
+  // else.
+  std::vector<Eigen::Vector3d> centers_;
+  std::vector<Eigen::Vector3d> xyz_;  // as points_
+  std::vector<double> depths_;        // of each ray of points_; later their inverses
 };
 
 }  // namespace
@@ -123,7 +133,7 @@ std::map<uint32_t, Eigen::Vector3d> FindPositions(const std::vector<PointRays>& 
                                                   int num_threads,
                                                   const std::function<bool()>& stop) {
   PositionSolver solver(points, num_threads, stop);
-  return solver.Run() ? solver.centers() : std::map<uint32_t, Eigen::Vector3d>();
+  return solver.Run() ? solver.Centers() : std::map<uint32_t, Eigen::Vector3d>();
 }
 
 }  // namespace skein
