@@ -91,10 +91,12 @@ void KeepLargestComponent(std::vector<RelativeRotation>* pairs) {
                pairs->end());
 }
 
+using WeightOf = double (*)(const RelativeRotation& pair, double error_rad);
+
 // One step of weighted least squares; returns the largest change of a rotation, rad. The first
 // photo is held.
-double AverageStep(const std::vector<RelativeRotation>& pairs,
-                   double (*weight_of)(double error_rad), Rotations* rotations) {
+double AverageStep(const std::vector<RelativeRotation>& pairs, WeightOf weight_of,
+                   Rotations* rotations) {
   std::map<uint32_t, int> index;
   for (const auto& [id, unused] : *rotations) index.emplace(id, static_cast<int>(index.size()) - 1);
   const int n = static_cast<int>(index.size()) - 1;
@@ -102,7 +104,7 @@ double AverageStep(const std::vector<RelativeRotation>& pairs,
   Eigen::MatrixX3d right = Eigen::MatrixX3d::Zero(n, 3);
   for (const RelativeRotation& pair : pairs) {
     const Eigen::Vector3d error = Error(pair, *rotations);
-    const double w = weight_of(error.norm());
+    const double w = weight_of(pair, error.norm());
     const int i = index.at(pair.id1), j = index.at(pair.id2);
     if (i >= 0) {
       entries.emplace_back(i, i, w);
@@ -133,31 +135,46 @@ double AverageStep(const std::vector<RelativeRotation>& pairs,
   return largest;
 }
 
-double WeightOfL1(double error_rad) { return 1 / std::max(error_rad, 1e-4); }
+double WeightOfL1(const RelativeRotation&, double error_rad) {
+  return 1 / std::max(error_rad, 1e-4);
+}
 
-double WeightOfGemanMcClure(double error_rad) {
+double WeightOfGemanMcClure(const RelativeRotation& pair, double error_rad) {
   const double s = kGemanMcClureRad * kGemanMcClureRad;
   const double sum = error_rad * error_rad + s;
-  return s * s / (sum * sum);
+  return pair.weight * s * s / (sum * sum);
+}
+
+double GemanMcClureCost(const std::vector<RelativeRotation>& pairs, const Rotations& rotations) {
+  double cost = 0;
+  for (const RelativeRotation& pair : pairs) {
+    const double squared = Error(pair, rotations).squaredNorm();
+    cost += pair.weight * squared / (squared + kGemanMcClureRad * kGemanMcClureRad);
+  }
+  return cost;
+}
+
+void Average(const std::vector<RelativeRotation>& pairs, WeightOf weight_of, Rotations* rotations) {
+  constexpr int kMaxSteps = 100;
+  constexpr double kMinStepRad = 1e-3;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    if (AverageStep(pairs, weight_of, rotations) < kMinStepRad) break;
+  }
 }
 
 }  // namespace
 
 RotationAveraging AverageRotations(const std::vector<RelativeRotation>& all, double max_error_deg) {
-  constexpr int kMaxL1Steps = 100, kMaxSteps = 100;
-  constexpr double kMinStepRad = 1e-3;
   RotationAveraging result;
   result.fits.resize(all.size());
   std::vector<RelativeRotation> pairs = all;
   KeepLargestComponent(&pairs);
   if (pairs.empty()) return result;
-  Rotations rotations = AlongTree(pairs);
-  for (int i = 0; i < kMaxL1Steps; ++i) {
-    if (AverageStep(pairs, WeightOfL1, &rotations) < kMinStepRad) break;
-  }
-  for (int i = 0; i < kMaxSteps; ++i) {
-    if (AverageStep(pairs, WeightOfGemanMcClure, &rotations) < kMinStepRad) break;
-  }
+  Rotations rotations = AlongTree(pairs), by_l1 = rotations;
+  Average(pairs, WeightOfGemanMcClure, &rotations);
+  Average(pairs, WeightOfL1, &by_l1);
+  Average(pairs, WeightOfGemanMcClure, &by_l1);
+  if (GemanMcClureCost(pairs, by_l1) < GemanMcClureCost(pairs, rotations)) rotations = by_l1;
   for (size_t i = 0; i < all.size(); ++i) {
     result.fits[i] = rotations.count(all[i].id1) > 0 &&
                      Error(all[i], rotations).norm() <= DegToRad(max_error_deg);

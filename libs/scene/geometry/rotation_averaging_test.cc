@@ -71,7 +71,7 @@ TEST(AverageRotations, OutvotesWrongPairs) {
   std::vector<size_t> wrong;
   for (size_t i = 3; i < graph.pairs.size(); i += 8) {
     graph.pairs[i].R = RandomRotation(&graph.random);
-    graph.pairs[i].weight = 1000;
+    graph.pairs[i].weight = 300;
     wrong.push_back(i);
   }
   const RotationAveraging found = AverageRotations(graph.pairs, kMaxErrorDeg);
@@ -81,6 +81,26 @@ TEST(AverageRotations, OutvotesWrongPairs) {
     const bool is_wrong = std::count(wrong.begin(), wrong.end(), i) > 0;
     EXPECT_EQ(found.fits[i], !is_wrong) << i;
   }
+}
+
+// Photos around an object with equal sides: pairs of different sides are more, and agree with each
+// other, but have fewer matches.
+TEST(AverageRotations, CountsMatchesNotPairs) {
+  Graph graph(24, 4, 0.5);
+  for (RelativeRotation& pair : graph.pairs) pair.weight = 200;
+  const size_t num_true = graph.pairs.size();
+  std::vector<Eigen::Matrix3d> folded;
+  for (int i = 0; i < 24; ++i) folded.push_back(RandomRotation(&graph.random));
+  for (int i = 0; i < 24; ++i) {
+    for (int j = i + 5; j < 24; ++j) {
+      const Eigen::Matrix3d R = folded[j] * folded[i].transpose();
+      graph.pairs.push_back({uint32_t(i + 1), uint32_t(j + 1), R, 60});
+    }
+  }
+  ASSERT_GT(graph.pairs.size(), 2 * num_true);
+  const RotationAveraging found = AverageRotations(graph.pairs, kMaxErrorDeg);
+  EXPECT_EQ(found.rotations.size(), 24u);
+  EXPECT_LT(graph.LargestErrorDeg(found), 4);
 }
 
 TEST(AverageRotations, KeepsTheLargestComponent) {

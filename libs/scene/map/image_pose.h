@@ -20,4 +20,9 @@ bool IsRegisteredIn(const Reconstruction& model, ImageId id);
 // Whether focal length and distortion are within limits.h.
 bool HasPossibleIntrinsics(const Camera& camera);
 
+// SolveBundle, of a bundle that was built from `model`. A camera whose refined intrinsics are
+// impossible keeps those that it came with, and the rest is solved again.
+BundleSummary SolveWithPossibleIntrinsics(const BundleOptions& options, const Reconstruction& model,
+                                          Bundle* bundle);
+
 }  // namespace skein

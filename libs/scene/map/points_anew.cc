@@ -20,7 +20,7 @@ namespace {
 // Connected components of the keypoints of all photos, by their matches (union by path halving).
 class KeypointComponents {
  public:
-  explicit KeypointComponents(const SceneMap& map) {
+  KeypointComponents(const ImagePairs& pairs, const SceneMap& map) {
     size_t num_keypoints = 0;
     for (const ImageId id : map.photos()) {
       begin_[id] = num_keypoints;
@@ -29,7 +29,7 @@ class KeypointComponents {
     parent_.resize(num_keypoints);
     std::iota(parent_.begin(), parent_.end(), size_t{0});
     is_matched_.resize(num_keypoints);
-    for (const auto& [id1, id2] : map.pairs()) {
+    for (const auto& [id1, id2] : pairs) {
       for (const FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
         parent_[Find(id1, match.point2D_idx1)] = Find(id2, match.point2D_idx2);
         is_matched_[begin_.at(id1) + match.point2D_idx1] = true;
@@ -102,8 +102,8 @@ class Part {
 // Whatever the number of threads, so that the points and their ids do not depend on it.
 constexpr int kNumParts = 4;
 
-std::vector<Part> Divide(const SceneMap& map) {
-  KeypointComponents components(map);
+std::vector<Part> Divide(const ImagePairs& pairs, const SceneMap& map) {
+  KeypointComponents components(pairs, map);
   std::vector<Part> parts;
   parts.reserve(kNumParts);
   for (int i = 0; i < kNumParts; ++i) parts.emplace_back(map.reconstruction());
@@ -122,7 +122,7 @@ std::vector<Part> Divide(const SceneMap& map) {
     for (int i = 0; i < kNumParts; ++i) parts[i].AddImage(image, std::move(keypoints[i]));
   }
   std::vector<FeatureMatches> shares(kNumParts);
-  for (const auto& [id1, id2] : map.pairs()) {
+  for (const auto& [id1, id2] : pairs) {
     for (FeatureMatches& share : shares) share.clear();
     const std::vector<Point2DIdx>& index1 = index_in_part.at(id1);
     const std::vector<Point2DIdx>& index2 = index_in_part.at(id2);
@@ -164,7 +164,12 @@ std::vector<ImageId> RegisteredByName(const Reconstruction& model) {
 }  // namespace
 
 bool TriangulateAnew(int num_threads, SceneMap* map, const std::function<bool()>& stop) {
-  std::vector<Part> parts = Divide(*map);
+  return TriangulateAnew(num_threads, map->pairs(), map, stop);
+}
+
+bool TriangulateAnew(int num_threads, const ImagePairs& pairs, SceneMap* map,
+                     const std::function<bool()>& stop) {
+  std::vector<Part> parts = Divide(pairs, *map);
   const std::vector<ImageId> order = RegisteredByName(map->reconstruction());
   std::atomic<bool> stopped = false;
   DoneCount others;

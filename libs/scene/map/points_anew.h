@@ -19,5 +19,8 @@ namespace skein {
 // after each photo that another thread has done: once a photo and part, so until all is done. At
 // true the former points are still there, and the result is false.
 bool TriangulateAnew(int num_threads, SceneMap* map, const std::function<bool()>& stop = nullptr);
+// The matches of some of the map's pairs alone.
+bool TriangulateAnew(int num_threads, const ImagePairs& pairs, SceneMap* map,
+                     const std::function<bool()>& stop = nullptr);
 
 }  // namespace skein

@@ -69,6 +69,21 @@ TEST_F(PointsAnewTest, AreTheSameWithAnyNumberOfThreads) {
   }
 }
 
+TEST_F(PointsAnewTest, OfSomePairsHaveNoOtherObservations) {
+  SceneMap map;
+  Fill(&map);
+  ImagePairs pairs;
+  for (const auto& [id1, id2] : map.pairs()) {
+    if (std::max(id1, id2) <= 5) pairs.emplace_back(id1, id2);
+  }
+  ASSERT_TRUE(TriangulateAnew(2, pairs, &map));
+  const Points points = PointsOf(map);
+  EXPECT_GT(points.size(), 200u);
+  for (const auto& [track, xyz] : points) {
+    for (const auto& [image_id, index] : track) EXPECT_LE(image_id, 5u);
+  }
+}
+
 TEST_F(PointsAnewTest, ThatAreToStopLeaveTheFormerPoints) {
   for (const int num_threads : {1, 3}) {
     SceneMap map;

@@ -19,6 +19,8 @@
 
 namespace skein {
 
+using ImagePairs = std::vector<std::pair<ImageId, ImageId>>;
+
 // A photo as the mapper takes it.
 struct PhotoInput {
   int64_t image_id = 0;
@@ -136,7 +138,7 @@ class SceneMap {
   const std::map<CameraId, CameraState>& camera_states() const { return cameras_; }
   std::set<CameraId> FixedCameras() const;
   // Pairs of photos that are both there, in the order they came.
-  const std::vector<std::pair<ImageId, ImageId>>& pairs() const { return pairs_; }
+  const ImagePairs& pairs() const { return pairs_; }
   // The verified matches of a pair, keypoints of id1 first and ascending; empty if the two are no
   // pair. The graph has them by keypoint: to gather a pair's costs as much as all of a
   // photo's.
@@ -173,7 +175,7 @@ class SceneMap {
   // For a photo that is not there: pairs of photos that are with it (their index first).
   std::unordered_map<ImageId, std::map<ImageId, FeatureMatches>> waiting_;
   std::unordered_map<ImageId, std::vector<std::array<uint8_t, 3>>> colours_;
-  std::vector<std::pair<ImageId, ImageId>> pairs_;
+  ImagePairs pairs_;
   // Matches by pair, with the keys of pairs_. An entry never changes, so clones share it.
   std::map<std::pair<ImageId, ImageId>, std::shared_ptr<const FeatureMatches>> matches_;
   std::vector<ImageId> photos_;

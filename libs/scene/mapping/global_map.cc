@@ -206,16 +206,16 @@ void RegisterAt(const RotationAveraging& averaging,
 }
 
 // Rounds with ever smaller limits, as poses that come from directions are off by some pixels.
-void AdjustCoarseToFine(const SubmapOptions& options, SceneMap* map) {
+void AdjustCoarseToFine(const SubmapOptions& options, const ImagePairs& pairs, SceneMap* map) {
   for (const double factor : {8.0, 4.0, 2.0, 1.0}) {
     if (options.IsStopped()) return;
-    TriangulateAnew(options.num_threads, map);
+    TriangulateAnew(options.num_threads, pairs, map);
     Bundle bundle = BuildGlobalBundle(*map, true);
     BundleOptions solve;
     solve.num_threads = options.num_threads;
     solve.loss_scale_px = factor;
     solve.stop = options.stop;
-    if (!SolveBundle(solve, &bundle).usable) return;
+    if (!SolveWithPossibleIntrinsics(solve, map->reconstruction(), &bundle).usable) return;
     ApplyBundle(bundle, map);
     FilterPoints(AllPoints(*map), map, factor * limits::kMaxErrorPx);
     LogInfo("global: {} points, {} observations, error {:.2f} px",
@@ -233,8 +233,11 @@ bool PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& withou
   const RotationAveraging averaging = AverageRotations(relative, kMaxRotationErrorDeg);
   if (averaging.rotations.size() < 3 || options.IsStopped()) return false;
   std::vector<RelativeRotation> fitting;
+  ImagePairs fitting_pairs;
   for (size_t i = 0; i < relative.size(); ++i) {
-    if (averaging.fits[i]) fitting.push_back(relative[i]);
+    if (!averaging.fits[i]) continue;
+    fitting.push_back(relative[i]);
+    fitting_pairs.emplace_back(relative[i].id1, relative[i].id2);
   }
   const std::vector<FeatureTrack> tracks = FindTracks(*map, fitting);
   const std::vector<PointRays> rays = RaysOf(*map, averaging, tracks);
@@ -247,7 +250,7 @@ bool PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& withou
       tracks.size(), centers.size(), timer.ElapsedS());
   if (options.IsStopped()) return false;
   RegisterAt(averaging, centers, map);
-  AdjustCoarseToFine(options, map);
+  AdjustCoarseToFine(options, fitting_pairs, map);
   return fitting.size() == relative.size();
 }
 

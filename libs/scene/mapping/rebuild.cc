@@ -33,13 +33,12 @@ std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap, bool keeps_intrin
 }
 
 // The photos that it must not place.
-std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held, bool takes_similar) {
+std::set<ImageId> PhotosLeftOut(const Submap& submap, bool takes_held) {
   std::set<ImageId> ids;
   for (const ImageId id : submap.map().photos()) {
     const WaitingPhotos& waiting = submap.waiting();
-    const bool is_free =
-        submap.map().IsRegistered(id) || ((takes_held || !waiting.IsHeldElsewhere(id)) &&
-                                          (takes_similar || !waiting.MatchesSimilarPlace(id)));
+    const bool is_free = submap.map().IsRegistered(id) || takes_held ||
+                         (!waiting.IsHeldElsewhere(id) && !waiting.MatchesSimilarPlace(id));
     if (!is_free || waiting.left_out().count(id) > 0) ids.insert(id);
   }
   return ids;
@@ -97,8 +96,8 @@ bool PlaceGlobally(const std::set<ImageId>& without, ImageId first, bool is_grow
 using PlacePhotos = std::function<bool(const std::set<ImageId>& without, Submap* empty)>;
 
 std::unique_ptr<Submap> MapAgain(const Submap& submap, bool keeps_intrinsics, bool takes_held,
-                                 bool takes_similar, const PlacePhotos& place) {
-  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held, takes_similar);
+                                 const PlacePhotos& place) {
+  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
   std::unique_ptr<Submap> anew = CopyWithoutModel(submap, keeps_intrinsics);
   if (!place(without, anew.get())) return nullptr;
   anew->NoteMappedAnew();
@@ -128,10 +127,10 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
     return StartWithAny(StrongestPairs(submap.map(), without), empty);
   };
   const bool keeps_intrinsics = AgreementOf(submap).IsExplained();
-  std::unique_ptr<Submap> global = MapAgain(submap, keeps_intrinsics, takes_held, false, globally);
+  std::unique_ptr<Submap> global = MapAgain(submap, keeps_intrinsics, takes_held, globally);
   if (is_growing || submap.options().IsStopped()) return global;
   if (global != nullptr && !MayWinMatches(submap.options(), AgreementOf(*global))) return global;
-  return Better(std::move(global), MapAgain(submap, true, takes_held, takes_held, from_pair));
+  return Better(std::move(global), MapAgain(submap, true, takes_held, from_pair));
 }
 
 bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {

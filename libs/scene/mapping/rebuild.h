@@ -10,13 +10,12 @@ namespace skein {
 // A submap of the same photos and matches, mapped again: all photos with verified pairs at once
 // (global_map.h), then one by one those that could not be placed so. If that map may win matches
 // itself, a second one grows from the strongest pair, the most promising photo first, and the one
-// with more agreeing matches is returned. An object with equal sides needs the second one: pairs of
-// different sides agree with each other, and fold a map of all pairs.
+// with more agreeing matches is returned: where structures repeat, either may be folded.
 //
 // Photos that are not registered and match a visually similar place are left out, and those that
-// other submaps hold, unless `takes_held`: then the second map takes both. A photo without the
-// support that a growing map asks for stays out if photos are still to come, `is_growing`
-// (supported_photos.h); there is no second map then. `first` stays the first photo of the global
+// other submaps hold, unless `takes_held`. A photo without the support that a growing map asks for
+// stays out if photos are still to come, `is_growing` (supported_photos.h); there is no second map
+// then. `first` stays the first photo of the global
 // map if it is registered there. The maps begin with the intrinsics that the submap found; the
 // global one, if the submap does not explain its matches, with those that its cameras came with.
 // Null if no map comes of it.

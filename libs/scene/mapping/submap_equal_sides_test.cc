@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include "core/angles.h"
@@ -91,8 +92,8 @@ TwoViewPairs PairsOf(const std::vector<std::vector<int>>& keypoints, size_t phot
   return pairs;
 }
 
-SyntheticScene MakeColumn() {
-  std::mt19937 random(1);
+SyntheticScene MakeColumn(int seed) {
+  std::mt19937 random(seed);
   Column column;
   AddGlobe(&random, &column);
   AddPlinth(&random, &column);
@@ -106,25 +107,30 @@ SyntheticScene MakeColumn() {
   return column.scene;
 }
 
-class EqualSides : public testing::TestWithParam<int> {};
+// Seed of the column, and the step from a photo to the next one that comes.
+class EqualSides : public testing::TestWithParam<std::pair<int, int>> {};
 
-// Photos of all sides come mixed, or one side after the other.
+// Photos of all sides come mixed, or one side after the other. A photo that more pairs contradict
+// than confirm may stay out.
 TEST_P(EqualSides, AreNotLaidOnEachOther) {
+  const auto [seed, stride] = GetParam();
   SubmapRig run(SyntheticOptions{});
-  run.scene = MakeColumn();
+  run.scene = MakeColumn(seed);
   ASSERT_TRUE(run.Start(0, 1, 4));
   for (size_t i = 0; i < kPhotos; ++i) {
-    const size_t photo = i * GetParam() % kPhotos;
+    const size_t photo = i * stride % kPhotos;
     if (photo > 1) run.Feed(photo);
   }
   Submap::Batch place;
   place.is_of_place = true;
   run.map.MapAsBatch(place, run.Sink());
   run.map.Finish(run.Sink());
-  EXPECT_GE(run.NumRegistered(), kPhotos - 1);
+  EXPECT_GE(run.NumRegistered(), 3 * kPhotos / 4);
   EXPECT_LT(run.PositionErrorPercent(), 0.3);
 }
 
-INSTANTIATE_TEST_SUITE_P(Strides, EqualSides, testing::Values(5, 7));
+INSTANTIATE_TEST_SUITE_P(SeedsAndStrides, EqualSides,
+                         testing::Values(std::pair(1, 7), std::pair(2, 5), std::pair(3, 7),
+                                         std::pair(4, 7)));
 
 }  // namespace skein::submap_equal_sides_test

@@ -80,18 +80,6 @@ Bundle BuildSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& int
   return assembly.Take();
 }
 
-// Refined cameras whose intrinsics are impossible now.
-std::set<CameraId> AstrayCameras(const Bundle& bundle, const Reconstruction& model) {
-  std::set<CameraId> astray;
-  for (const BundleCamera& refined : bundle.cameras) {
-    if (refined.refined.empty()) continue;
-    Camera camera = model.Camera(refined.camera_id);
-    camera.SetParams(refined.params);
-    if (!HasPossibleIntrinsics(camera)) astray.insert(refined.camera_id);
-  }
-  return astray;
-}
-
 }  // namespace
 
 std::set<ImageId> SeamOf(const std::set<ImageId>& agreeing, const Reconstruction& merged,
@@ -104,20 +92,15 @@ std::set<ImageId> SeamOf(const std::set<ImageId>& agreeing, const Reconstruction
   return seam;
 }
 
-BundleSummary AdjustSeam(const std::set<ImageId>& free_images, SeamIntrinsics intrinsics,
+BundleSummary AdjustSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& intrinsics,
                          Reconstruction* model) {
   BundleOptions solve;
   solve.max_iterations = 30;
   solve.function_tolerance = 1e-5;
-  for (;;) {
-    Bundle bundle = BuildSeam(free_images, intrinsics, *model);
-    const BundleSummary summary = SolveBundle(solve, &bundle);
-    const std::set<CameraId> astray =
-        summary.usable ? AstrayCameras(bundle, *model) : std::set<CameraId>();
-    if (summary.usable && astray.empty()) ApplyBundle(bundle, model);
-    if (astray.empty()) return summary;
-    intrinsics.fixed.insert(astray.begin(), astray.end());
-  }
+  Bundle bundle = BuildSeam(free_images, intrinsics, *model);
+  const BundleSummary summary = SolveWithPossibleIntrinsics(solve, *model, &bundle);
+  if (summary.usable) ApplyBundle(bundle, model);
+  return summary;
 }
 
 }  // namespace skein

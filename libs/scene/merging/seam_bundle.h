@@ -30,9 +30,9 @@ struct SeamIntrinsics {
 //  - it is not fixed,
 //  - `intrinsics.min_images` of the free images are its photos, and
 //  - none of its photos is outside of them: a window alone never decides about a shared camera.
-// A camera whose refined intrinsics are impossible (limits.h) keeps those that it came with.
 // All of `free_images` must be registered. Loss: soft L1 at 1 px. Changes nothing unless usable.
-BundleSummary AdjustSeam(const std::set<ImageId>& free_images, SeamIntrinsics intrinsics,
+// Solved by SolveWithPossibleIntrinsics.
+BundleSummary AdjustSeam(const std::set<ImageId>& free_images, const SeamIntrinsics& intrinsics,
                          Reconstruction* model);
 
 }  // namespace skein
