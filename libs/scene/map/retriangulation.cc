@@ -83,7 +83,7 @@ bool Create(const View& view1, Point2DIdx index1, const View& view2, Point2DIdx 
 
 }  // namespace
 
-int Retriangulate(const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map) {
+int Retriangulate(const ImagePairs& pairs, SceneMap* map) {
   Reconstruction& reconstruction = MapAccess::Model(map);
   int num_added = 0;
   for (const auto& [id1, id2] : pairs) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <utility>
 #include <vector>
 
 #include "map/scene_map.h"
@@ -10,6 +9,6 @@ namespace skein {
 // Continues tracks and triangulates over the matches of under-reconstructed pairs, which drift has
 // kept apart (COLMAP's Retriangulate, whose counters need its database). Returns the number of
 // added observations.
-int Retriangulate(const std::vector<std::pair<ImageId, ImageId>>& pairs, SceneMap* map);
+int Retriangulate(const ImagePairs& pairs, SceneMap* map);
 
 }  // namespace skein

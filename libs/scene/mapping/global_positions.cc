@@ -53,8 +53,8 @@ class PositionSolver {
     options_.callbacks.push_back(&callback_);
     size_t num_rays = 0;
     for (const PointRays& point : points) {
-      num_rays += point.rays.size();
       if (!IsUsed(point)) continue;
+      num_rays += point.rays.size();
       for (const auto& ray : point.rays) index_.try_emplace(ray.image_id, index_.size());
     }
     depths_.assign(num_rays, 1.0);
@@ -97,10 +97,7 @@ class PositionSolver {
     options_.linear_solver_ordering.reset(ordering);
     double* depth = depths_.data();
     for (size_t k = 0; k < points_.size(); ++k) {
-      if (!IsUsed(points_[k])) {
-        depth += points_[k].rays.size();
-        continue;
-      }
+      if (!IsUsed(points_[k])) continue;
       for (const PointRays::Ray& ray : points_[k].rays) {
         problem.AddResidualBlock(
             new ceres::AutoDiffCostFunction<Residual, 3, 3, 3, 1>(new Residual{ray.direction}),
@@ -124,7 +121,7 @@ class PositionSolver {
   // else.
   std::vector<Eigen::Vector3d> centers_;
   std::vector<Eigen::Vector3d> xyz_;  // as points_
-  std::vector<double> depths_;        // of each ray of points_; later their inverses
+  std::vector<double> depths_;        // of each ray of used points; later their inverses
 };
 
 }  // namespace

@@ -1,9 +1,9 @@
 #pragma once
 
 #include <set>
-#include <utility>
 #include <vector>
 
+#include "map/scene_map.h"
 #include "mapping/adjuster.h"
 #include "mapping/background_ba.h"
 
@@ -64,7 +64,7 @@ class Maintenance {
   Phase phase_ = Phase::kNone;
   // Remaining work of each phase.
   std::vector<Point3DId> points_;
-  std::vector<std::pair<ImageId, ImageId>> pairs_;
+  ImagePairs pairs_;
   std::vector<ImageId> images_;
 };
 

@@ -65,8 +65,7 @@ bool IsTorn(const Votes& common_points) {
          10 * common_points.contradict > 3 * common_points.agree;
 }
 
-bool AreOfSimilarStructures(const SceneMap& map,
-                            const std::vector<std::pair<ImageId, ImageId>>& pairs) {
+bool AreOfSimilarStructures(const SceneMap& map, const ImagePairs& pairs) {
   CellVotes votes;
   for (const auto& [id, other] : pairs) {
     const auto pose = EstimatePoseByPair(map, id, other);
@@ -76,7 +75,7 @@ bool AreOfSimilarStructures(const SceneMap& map,
 }
 
 bool OnlySimilarStructuresContradict(const SceneMap& map, const std::vector<ImageId>& photos) {
-  std::vector<std::pair<ImageId, ImageId>> pairs;
+  ImagePairs pairs;
   for (const ImageId id : photos) {
     for (const auto& [other, inliers] : map.Neighbours(id)) {
       if (!map.IsRegistered(other) || std::binary_search(photos.begin(), photos.end(), other))

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstddef>
-#include <utility>
 #include <vector>
 
 #include "disambiguation/photo_groups.h"
@@ -36,8 +35,7 @@ bool IsTorn(const Votes& common_points);
 // gables of one house: they contradict a map that is right. The first photo of each pair is placed
 // at the pose by its matches with the second photo, and the two are compared
 // (disambiguation/similar_structures.h). Costs a pose estimation a pair.
-bool AreOfSimilarStructures(const SceneMap& map,
-                            const std::vector<std::pair<ImageId, ImageId>>& pairs);
+bool AreOfSimilarStructures(const SceneMap& map, const ImagePairs& pairs);
 
 // AreOfSimilarStructures of the pairs by which registered photos outside of `photos` contradict
 // these. `photos`: registered, ascending.

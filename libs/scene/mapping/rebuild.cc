@@ -56,9 +56,8 @@ void EnqueuePhotos(const Submap& submap, bool takes_held, const std::set<ImageId
 }
 
 // Verified pairs of photos that may be placed, those with most matches first.
-std::vector<std::pair<ImageId, ImageId>> StrongestPairs(const SceneMap& map,
-                                                        const std::set<ImageId>& without) {
-  std::vector<std::pair<ImageId, ImageId>> pairs;
+ImagePairs StrongestPairs(const SceneMap& map, const std::set<ImageId>& without) {
+  ImagePairs pairs;
   for (const auto& [id1, id2] : map.pairs()) {
     if (without.count(id1) == 0 && without.count(id2) == 0) pairs.emplace_back(id1, id2);
   }
@@ -68,7 +67,7 @@ std::vector<std::pair<ImageId, ImageId>> StrongestPairs(const SceneMap& map,
   return pairs;
 }
 
-bool StartWithAny(const std::vector<std::pair<ImageId, ImageId>>& pairs, Submap* anew) {
+bool StartWithAny(const ImagePairs& pairs, Submap* anew) {
   constexpr size_t kMaxPairs = 20;
   InitialPairOptions options;
   for (const double angle_deg : limits::kInitialAnglesDeg) {
@@ -146,7 +145,7 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
   };
   MatchAgreement agreement;
   int64_t to_win_of_torn = 0;
-  std::vector<std::pair<ImageId, ImageId>> torn;
+  ImagePairs torn;
   for (const auto& [id1, id2] : map.pairs()) {
     if (options.IsStopped()) break;
     const bool registered1 = map.IsRegistered(id1), registered2 = map.IsRegistered(id2);

@@ -15,10 +15,9 @@ namespace skein {
 // Photos that are not registered and match a visually similar place are left out, and those that
 // other submaps hold, unless `takes_held`. A photo without the support that a growing map asks for
 // stays out if photos are still to come, `is_growing` (supported_photos.h); there is no second map
-// then. `first` stays the first photo of the global
-// map if it is registered there. The maps begin with the intrinsics that the submap found; the
-// global one, if the submap does not explain its matches, with those that its cameras came with.
-// Null if no map comes of it.
+// then. `first` stays the first photo of the global map if it is registered there. The maps begin
+// with the intrinsics that the submap found; the global one, if the submap does not explain its
+// matches, with those that its cameras came with. Null if no map comes of it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing);
 
