@@ -205,11 +205,32 @@ void RegisterAt(const RotationAveraging& averaging,
   }
 }
 
+// Pairs of registered photos whose matches agree with the poses. Of the points of other pairs, as
+// of two equal sides of an object, some would fit poses that they bend.
+ImagePairs PairsThatFit(int num_threads, const SceneMap& map) {
+  const auto is_placed = [&](const auto& pair) {
+    return map.IsRegistered(pair.first) && map.IsRegistered(pair.second);
+  };
+  ImagePairs pairs;
+  std::copy_if(map.pairs().begin(), map.pairs().end(), std::back_inserter(pairs), is_placed);
+  std::vector<char> fits(pairs.size());
+  ForEachOnThreads(num_threads, pairs.size(), [&](size_t i) {
+    const auto& [id1, id2] = pairs[i];
+    fits[i] = EpipolarVotes(map, id1, id2).AgreeingShare() >= kMinEpipolarShare;
+  });
+  ImagePairs fitting;
+  for (size_t i = 0; i < pairs.size(); ++i) {
+    if (fits[i]) fitting.push_back(pairs[i]);
+  }
+  return fitting;
+}
+
 // Rounds with ever smaller limits, as poses that come from directions are off by some pixels.
-void AdjustCoarseToFine(const SubmapOptions& options, const ImagePairs& pairs, SceneMap* map) {
+void AdjustCoarseToFine(const SubmapOptions& options, SceneMap* map) {
   for (const double factor : {8.0, 4.0, 2.0, 1.0}) {
     if (options.IsStopped()) return;
-    TriangulateAnew(options.num_threads, pairs, map);
+    const ImagePairs fitting = PairsThatFit(options.num_threads, *map);
+    TriangulateAnew(options.num_threads, fitting, map);
     Bundle bundle = BuildGlobalBundle(*map, true);
     BundleOptions solve;
     solve.num_threads = options.num_threads;
@@ -218,49 +239,42 @@ void AdjustCoarseToFine(const SubmapOptions& options, const ImagePairs& pairs, S
     if (!SolveWithPossibleIntrinsics(solve, map->reconstruction(), &bundle).usable) return;
     ApplyBundle(bundle, map);
     FilterPoints(AllPoints(*map), map, factor * limits::kMaxErrorPx);
-    LogInfo("global: {} points, {} observations, error {:.2f} px",
+    LogInfo("global: {} pairs fit, {} points, {} observations, error {:.2f} px", fitting.size(),
             map->reconstruction().NumPoints3D(), map->reconstruction().ComputeNumObservations(),
             map->reconstruction().ComputeMeanReprojectionError());
   }
 }
 
-// Whether all relative rotations fit each other.
-bool PlaceGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map) {
+struct AveragedPairs {
+  RotationAveraging averaging;
+  std::vector<RelativeRotation> fitting;
+};
+
+AveragedPairs AveragePairs(const SubmapOptions& options, const std::set<ImageId>& without,
+                           const SceneMap& map) {
   constexpr double kMaxRotationErrorDeg = 10;
   Timer timer;
-  const std::vector<RelativeRotation> relative = EstimateRotations(options, without, *map);
-  const double relative_s = timer.ElapsedS();
-  const RotationAveraging averaging = AverageRotations(relative, kMaxRotationErrorDeg);
-  if (averaging.rotations.size() < 3 || options.IsStopped()) return false;
-  std::vector<RelativeRotation> fitting;
-  ImagePairs fitting_pairs;
+  const std::vector<RelativeRotation> relative = EstimateRotations(options, without, map);
+  AveragedPairs pairs;
+  pairs.averaging = AverageRotations(relative, kMaxRotationErrorDeg);
   for (size_t i = 0; i < relative.size(); ++i) {
-    if (!averaging.fits[i]) continue;
-    fitting.push_back(relative[i]);
-    fitting_pairs.emplace_back(relative[i].id1, relative[i].id2);
+    if (pairs.averaging.fits[i]) pairs.fitting.push_back(relative[i]);
   }
-  const std::vector<FeatureTrack> tracks = FindTracks(*map, fitting);
-  const std::vector<PointRays> rays = RaysOf(*map, averaging, tracks);
-  timer.Restart();
-  const auto centers = FindPositions(rays, options.num_threads, options.stop);
-  LogInfo(
-      "global: {} of {} pairs fit, {} rotations ({:.2f} s), {} of {} tracks, {} positions "
-      "({:.2f} s)",
-      fitting.size(), relative.size(), averaging.rotations.size(), relative_s, rays.size(),
-      tracks.size(), centers.size(), timer.ElapsedS());
-  if (options.IsStopped()) return false;
-  RegisterAt(averaging, centers, map);
-  AdjustCoarseToFine(options, fitting_pairs, map);
-  return fitting.size() == relative.size();
+  LogInfo("global: {} of {} pairs fit, {} rotations ({:.2f} s)", pairs.fitting.size(),
+          relative.size(), pairs.averaging.rotations.size(), timer.ElapsedS());
+  return pairs;
 }
 
-// Of cameras with several registered photos.
-std::map<CameraId, double> FocalLengths(const SceneMap& map) {
-  std::map<CameraId, double> focal;
-  for (const auto& [id, state] : map.camera_states()) {
-    if (state.num_registered >= 2) focal[id] = map.reconstruction().Camera(id).MeanFocalLength();
-  }
-  return focal;
+void PlaceGlobally(const SubmapOptions& options, const AveragedPairs& pairs, SceneMap* map) {
+  Timer timer;
+  const std::vector<FeatureTrack> tracks = FindTracks(*map, pairs.fitting);
+  const std::vector<PointRays> rays = RaysOf(*map, pairs.averaging, tracks);
+  const auto centers = FindPositions(rays, options.num_threads, options.stop);
+  LogInfo("global: {} of {} tracks, {} positions ({:.2f} s)", rays.size(), tracks.size(),
+          centers.size(), timer.ElapsedS());
+  if (options.IsStopped()) return;
+  RegisterAt(pairs.averaging, centers, map);
+  AdjustCoarseToFine(options, map);
 }
 
 }  // namespace
@@ -292,17 +306,17 @@ void ClearButIntrinsics(SceneMap* map) {
 
 void MapGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map) {
   constexpr int kMaxRounds = 3;
-  constexpr double kMaxFocalChange = 0.05;
-  for (int round = 0; round < kMaxRounds; ++round) {
-    std::map<CameraId, double> before;
-    for (const auto& [id, camera] : map->reconstruction().Cameras())
-      before[id] = camera.MeanFocalLength();
-    if (PlaceGlobally(options, without, map)) return;
-    const std::map<CameraId, double> after = FocalLengths(*map);
-    const bool has_changed = std::any_of(after.begin(), after.end(), [&](const auto& focal) {
-      return std::abs(focal.second / before.at(focal.first) - 1) > kMaxFocalChange;
-    });
-    if (!has_changed || round + 1 == kMaxRounds || options.IsStopped()) return;
+  constexpr double kMinGain = 0.01;  // of fitting pairs, for another round
+  AveragedPairs pairs = AveragePairs(options, without, *map);
+  for (int round = 1; !options.IsStopped() && pairs.averaging.rotations.size() >= 3; ++round) {
+    PlaceGlobally(options, pairs, map);
+    if (round == kMaxRounds || options.IsStopped()) return;
+    AveragedPairs next = AveragePairs(options, without, *map);
+    if (static_cast<double>(next.fitting.size()) <
+        (1 + kMinGain) * static_cast<double>(pairs.fitting.size())) {
+      return;
+    }
+    pairs = std::move(next);
     ClearButIntrinsics(map);
   }
 }

@@ -16,9 +16,8 @@ void ClearButIntrinsics(SceneMap* map);
 // bundle adjustment (as GLOMAP; Pan et al., ECCV 2024). `map`: of these photos none is registered;
 // cameras have the intrinsics to start from. On return those that could be placed are registered;
 // none where there are too few. Photos of `without` are passed over.
-// Relative rotations depend on the intrinsics. So it begins once more where these have changed much
-// and some rotations contradict the others. If none does, another round can only lose: short
-// baselines let the focal length run away further in each.
+// Relative rotations depend on the intrinsics. So it begins once more while with those it found
+// more of the pairs fit each other.
 void MapGlobally(const SubmapOptions& options, const std::set<ImageId>& without, SceneMap* map);
 
 }  // namespace skein

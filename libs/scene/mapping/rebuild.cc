@@ -1,11 +1,9 @@
 #include "mapping/rebuild.h"
 
 #include <algorithm>
-#include <functional>
 #include <utility>
 #include <vector>
 
-#include "core/limits.h"
 #include "core/log.h"
 #include "mapping/global_map.h"
 #include "mapping/misplaced.h"
@@ -15,10 +13,6 @@ namespace skein {
 namespace {
 
 void Ignore(const PhotoEvent&) {}
-
-MatchAgreement AgreementOf(const Submap& submap) {
-  return CountMatches(submap.options(), submap.map(), submap.waiting());
-}
 
 // The submap's photos and pairs, none registered.
 std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap, bool keeps_intrinsics) {
@@ -55,32 +49,6 @@ void EnqueuePhotos(const Submap& submap, bool takes_held, const std::set<ImageId
   }
 }
 
-// Verified pairs of photos that may be placed, those with most matches first.
-ImagePairs StrongestPairs(const SceneMap& map, const std::set<ImageId>& without) {
-  ImagePairs pairs;
-  for (const auto& [id1, id2] : map.pairs()) {
-    if (without.count(id1) == 0 && without.count(id2) == 0) pairs.emplace_back(id1, id2);
-  }
-  std::stable_sort(pairs.begin(), pairs.end(), [&](const auto& a, const auto& b) {
-    return map.Neighbours(a.first).at(a.second) > map.Neighbours(b.first).at(b.second);
-  });
-  return pairs;
-}
-
-bool StartWithAny(const ImagePairs& pairs, Submap* anew) {
-  constexpr size_t kMaxPairs = 20;
-  InitialPairOptions options;
-  for (const double angle_deg : limits::kInitialAnglesDeg) {
-    options.min_triangulation_angle_deg = angle_deg;
-    for (size_t i = 0; i < std::min(pairs.size(), kMaxPairs); ++i) {
-      if (anew->options().IsStopped()) return false;
-      const auto& [id1, id2] = pairs[i];
-      if (anew->Start(options, id1, id2, Ignore).status.ok()) return true;
-    }
-  }
-  return false;
-}
-
 bool PlaceGlobally(const std::set<ImageId>& without, ImageId first, bool is_growing, Submap* anew) {
   MapGlobally(anew->options(), without, &anew->map());
   if (is_growing) KeepSupportedPhotos(&anew->map());
@@ -91,45 +59,18 @@ bool PlaceGlobally(const std::set<ImageId>& without, ImageId first, bool is_grow
   return anew->Restore(model, state).ok();
 }
 
-// Registers photos in an empty submap; false: there is none to register.
-using PlacePhotos = std::function<bool(const std::set<ImageId>& without, Submap* empty)>;
-
-std::unique_ptr<Submap> MapAgain(const Submap& submap, bool keeps_intrinsics, bool takes_held,
-                                 const PlacePhotos& place) {
-  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
-  std::unique_ptr<Submap> anew = CopyWithoutModel(submap, keeps_intrinsics);
-  if (!place(without, anew.get())) return nullptr;
-  anew->NoteMappedAnew();
-  EnqueuePhotos(submap, takes_held, without, anew.get());
-  anew->RefineUntilStable(Ignore);
-  return anew;
-}
-
-// The one with more agreeing matches; the first of equals. Either may be null.
-std::unique_ptr<Submap> Better(std::unique_ptr<Submap> first, std::unique_ptr<Submap> second) {
-  if (first == nullptr || second == nullptr) return std::move(first == nullptr ? second : first);
-  const MatchAgreement of_first = AgreementOf(*first), of_second = AgreementOf(*second);
-  LogInfo("mapped again: {} photos, {} matches agree; and {}, {}",
-          first->map().reconstruction().NumRegImages(), of_first.agreeing,
-          second->map().reconstruction().NumRegImages(), of_second.agreeing);
-  return std::move(of_second.agreeing > of_first.agreeing ? second : first);
-}
-
 }  // namespace
 
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing) {
-  const auto globally = [&](const std::set<ImageId>& without, Submap* empty) {
-    return PlaceGlobally(without, first, is_growing, empty);
-  };
-  const auto from_pair = [&](const std::set<ImageId>& without, Submap* empty) {
-    return StartWithAny(StrongestPairs(submap.map(), without), empty);
-  };
-  const bool keeps_intrinsics = AgreementOf(submap).IsExplained();
-  std::unique_ptr<Submap> global = MapAgain(submap, keeps_intrinsics, takes_held, globally);
-  if (is_growing || submap.options().IsStopped()) return global;
-  if (global != nullptr && !MayWinMatches(submap.options(), AgreementOf(*global))) return global;
-  return Better(std::move(global), MapAgain(submap, true, takes_held, from_pair));
+  const MatchAgreement now = CountMatches(submap.options(), submap.map(), submap.waiting());
+  const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
+  std::unique_ptr<Submap> anew = CopyWithoutModel(submap, now.IsExplained());
+  if (!PlaceGlobally(without, first, is_growing, anew.get())) return nullptr;
+  anew->NoteMappedAnew();
+  EnqueuePhotos(submap, takes_held, without, anew.get());
+  anew->RefineUntilStable(Ignore);
+  return anew;
 }
 
 bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {

@@ -8,16 +8,14 @@
 namespace skein {
 
 // A submap of the same photos and matches, mapped again: all photos with verified pairs at once
-// (global_map.h), then one by one those that could not be placed so. If that map may win matches
-// itself, a second one grows from the strongest pair, the most promising photo first, and the one
-// with more agreeing matches is returned: where structures repeat, either may be folded.
+// (global_map.h), then one by one those that could not be placed so.
 //
 // Photos that are not registered and match a visually similar place are left out, and those that
 // other submaps hold, unless `takes_held`. A photo without the support that a growing map asks for
-// stays out if photos are still to come, `is_growing` (supported_photos.h); there is no second map
-// then. `first` stays the first photo of the global map if it is registered there. The maps begin
-// with the intrinsics that the submap found; the global one, if the submap does not explain its
-// matches, with those that its cameras came with. Null if no map comes of it.
+// stays out if photos are still to come, `is_growing` (supported_photos.h). `first` stays the first
+// photo if it is registered. The map begins with the intrinsics that the submap found; if the
+// submap does not explain its matches, with those that its cameras came with. Null if no map comes
+// of it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing);
 

@@ -333,6 +333,29 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id) {
   return EpipolarVotes(map, image_id, map.reconstruction().Camera(image.CameraId()), pose);
 }
 
+Votes EpipolarVotes(const SceneMap& map, ImageId id1, ImageId id2) {
+  const Reconstruction& reconstruction = map.reconstruction();
+  const Image& image1 = reconstruction.Image(id1);
+  const Image& image2 = reconstruction.Image(id2);
+  const Camera& camera1 = reconstruction.Camera(image1.CameraId());
+  const Camera& camera2 = reconstruction.Camera(image2.CameraId());
+  const double max_error = (camera1.ImageToWorldThreshold(limits::kMaxErrorPx) +
+                            camera2.ImageToWorldThreshold(limits::kMaxErrorPx)) /
+                           2;
+  BundlePose pose;
+  GetPose(image1, &pose);
+  const Eigen::Matrix3d E = EssentialMatrix(pose, image2);
+  Votes votes;
+  for (const FeatureMatch& match : map.MatchesOfPair(id1, id2)) {
+    const Eigen::Vector3d x =
+        camera1.ImageToWorld(image1.Point2D(match.point2D_idx1).XY()).homogeneous();
+    const Eigen::Vector3d y =
+        camera2.ImageToWorld(image2.Point2D(match.point2D_idx2).XY()).homogeneous();
+    ++(SampsonError(E, x, y) <= max_error ? votes.agree : votes.contradict);
+  }
+  return votes;
+}
+
 unsigned SeedFromIds(uint64_t a, uint64_t b) {
   uint64_t x = a * 0x9E3779B97F4A7C15ull + b;
   x = (x ^ (x >> 30)) * 0xBF58476D1CE4E5B9ull;

@@ -73,6 +73,9 @@ Votes EpipolarVotes(const SceneMap& map, ImageId image_id, const Camera& camera,
 // The same with the pose and camera of a registered photo.
 Votes EpipolarVotes(const SceneMap& map, ImageId image_id);
 
+// The same of the matches of two registered photos alone.
+Votes EpipolarVotes(const SceneMap& map, ImageId id1, ImageId id2);
+
 // Whether most points of a registered photo's matches are outliers of its pose and agree on another
 // pose. Some outliers suffice if the photo has a camera of its own, or should have one: the photo
 // may have settled for a wrong focal length and distance, where bundle adjustment finds no way out.
