@@ -21,9 +21,6 @@ constexpr double kInitialDamping = 1e-4;
 // Above it a step may be short because it is damped.
 constexpr double kLittleDamping = 1e-5;
 constexpr double kMaxDamping = 1e10;
-// Sums are made by parts of the points, always the same, so the result does not depend on the
-// number of threads. Each part has a system of its own.
-constexpr int kNumChunks = 4;
 // Conjugate gradients that a step takes with the factor of another one.
 constexpr double kExpectedGradients = 20;
 
@@ -45,8 +42,8 @@ class Solver {
         start_(bundle->poses),
         has_scales_(HasScales(*bundle)),
         pattern_(ChoosePattern(options, *bundle, layout_)),
-        redundancy_(RedundancyOf(*bundle, layout_)) {
-    SplitPoints();
+        redundancy_(RedundancyOf(*bundle, layout_)),
+        chunks_(SplitPoints(*bundle)) {
     keeps_factor_ = !has_scales_ && IsDecomposingSlow();
     if (keeps_factor_) TakeFactor(options.factor);
   }
@@ -93,25 +90,6 @@ class Solver {
   }
 
  private:
-  struct Chunk {
-    int begin, end;
-  };
-
-  void SplitPoints() {
-    const int num_points = static_cast<int>(bundle_.points.size());
-    const size_t per_chunk = bundle_.observations.size() / kNumChunks + 1;
-    int begin = 0;
-    size_t count = 0;
-    for (int p = 0; p < num_points; ++p) {
-      count += bundle_.points[p].count;
-      if (count < per_chunk && p + 1 < num_points) continue;
-      chunks_.push_back({begin, p + 1});
-      begin = p + 1;
-      count = 0;
-    }
-    if (chunks_.empty()) chunks_.push_back({0, 0});
-  }
-
   template <typename Function>
   void ForEachChunk(const Function& function) {
     const int num_chunks = static_cast<int>(chunks_.size());
@@ -207,10 +185,14 @@ class Solver {
 
   bool SolveByDecomposing(double lambda, StepTerms* terms, Eigen::VectorXd* y) {
     ++num_decompositions_;
-    while (explicit_.size() < chunks_.size()) explicit_.push_back(MakeSystem(pattern_, layout_));
+    while (explicit_.size() < chunks_.size()) explicit_.push_back(MakeEmptySystem());
     ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, explicit_[i].get()); });
     *terms = SumUp(lambda, explicit_);
     return layout_.size == 0 || explicit_[0]->Solve(terms->damping, terms->b, y);
+  }
+
+  std::unique_ptr<ExplicitSystem> MakeEmptySystem() const {
+    return MakeSystem(pattern_, layout_, options_.num_threads);
   }
 
   // With the factor of an earlier step or bundle, else with one of this step.
@@ -234,7 +216,7 @@ class Solver {
   bool DecomposeInPieces(double lambda, const StepTerms& terms) {
     ++num_decompositions_;
     std::vector<std::unique_ptr<ExplicitSystem>> parts;
-    while (parts.size() < chunks_.size()) parts.push_back(MakeSystem(pattern_, layout_));
+    while (parts.size() < chunks_.size()) parts.push_back(MakeEmptySystem());
     ForEachChunk([&](size_t i) { AccumulatePieces(chunks_[i], lambda, parts[i].get()); });
     SumUp(lambda, parts);
     Eigen::VectorXd unused(layout_.size);
@@ -255,7 +237,7 @@ class Solver {
   }
 
   template <typename System>
-  void Accumulate(const Chunk& chunk, double lambda, System* system) {
+  void Accumulate(const PointRange& chunk, double lambda, System* system) {
     system->SetZero();
     PointTerms point_terms;
     for (int p = chunk.begin; p < chunk.end; ++p) {
@@ -265,7 +247,7 @@ class Solver {
     }
   }
 
-  void AccumulatePieces(const Chunk& chunk, double lambda, ExplicitSystem* system) {
+  void AccumulatePieces(const PointRange& chunk, double lambda, ExplicitSystem* system) {
     system->SetZero();
     PointTerms terms;
     for (int p = chunk.begin; p < chunk.end; ++p) {
@@ -280,7 +262,7 @@ class Solver {
   }
 
   // Back-substitution of the points; returns the decrease that the linear model promises of them.
-  double MovePoints(const Chunk& chunk, double lambda, const Eigen::VectorXd& y) {
+  double MovePoints(const PointRange& chunk, double lambda, const Eigen::VectorXd& y) {
     double predicted = 0;
     PointTerms terms;
     for (int p = chunk.begin; p < chunk.end; ++p) {
@@ -390,7 +372,7 @@ class Solver {
   const bool has_scales_;
   const PosePattern pattern_;
   const double redundancy_;
-  std::vector<Chunk> chunks_;
+  const std::vector<PointRange> chunks_;  // each with a system of its own
   bool keeps_factor_ = false;
   double gain_of_cameras_ =
       0;  // decrease of the cost that the last step of poses and intrinsics brings

@@ -104,7 +104,7 @@ struct BundleSummary {
 
 // Levenberg-Marquardt on the Schur complement of the points. Pose increments are local, X_cam' =
 // exp(w) X_cam - s, so they are independent of the world's frame. The result is the same, bit by
-// bit, with any number of threads; more than four are not used. Throws std::invalid_argument on
+// bit, with any number of threads; sums use four at most. Throws std::invalid_argument on
 // nonsensical options, and when indices of the bundle are out of range.
 BundleSummary SolveBundle(const BundleOptions& options, Bundle* bundle);
 

@@ -7,6 +7,7 @@ namespace skein {
 BundleFactor::BundleFactor(const Bundle& bundle, const BundleLayout& layout,
                            std::unique_ptr<ExplicitSystem> system)
     : size_(layout.size), system_(std::move(system)) {
+  system_->DropMatrix();
   for (size_t i = 0; i < bundle.poses.size(); ++i) {
     if (layout.pose_row[i] >= 0) row_of_image_[bundle.poses[i].image_id] = layout.pose_row[i];
   }

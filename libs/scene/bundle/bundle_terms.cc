@@ -27,6 +27,24 @@ void CheckIndices(const Bundle& bundle) {
 
 }  // namespace
 
+std::vector<PointRange> SplitPoints(const Bundle& bundle) {
+  constexpr size_t kNumParts = 4;
+  const int num_points = static_cast<int>(bundle.points.size());
+  const size_t per_part = bundle.observations.size() / kNumParts + 1;
+  std::vector<PointRange> parts;
+  int begin = 0;
+  size_t count = 0;
+  for (int p = 0; p < num_points; ++p) {
+    count += bundle.points[p].count;
+    if (count < per_part && p + 1 < num_points) continue;
+    parts.push_back({begin, p + 1});
+    begin = p + 1;
+    count = 0;
+  }
+  if (parts.empty()) parts.push_back({0, 0});
+  return parts;
+}
+
 BundleLayout MakeLayout(const Bundle& bundle) {
   CheckIndices(bundle);
   BundleLayout layout;

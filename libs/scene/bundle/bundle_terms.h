@@ -18,6 +18,15 @@ struct BundleLayout {
 
 BundleLayout MakeLayout(const Bundle& bundle);
 
+// Points [begin, end) of a bundle.
+struct PointRange {
+  int begin, end;
+};
+
+// Four parts with about as many observations each, for sums over the points in threads: always the
+// same, so the sum does not depend on the number of threads. At least one, which may be empty.
+std::vector<PointRange> SplitPoints(const Bundle& bundle);
+
 // One observation, linearised and multiplied by the square root of its robust weight.
 struct ObservationTerm {
   int pose = -1;  // index, -1 when the pose is constant

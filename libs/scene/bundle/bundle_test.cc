@@ -440,7 +440,7 @@ TEST(ReducedSystem, DenseAndSparseCholeskyAgree) {
     if (i + 1 < kNumPoses) pattern[i].push_back(i + 1);
   }
   std::srand(1);  // Eigen's Random
-  const auto dense = MakeDenseSystem(layout), sparse = MakeSparseSystem(pattern, layout);
+  const auto dense = MakeDenseSystem(layout, 1), sparse = MakeSparseSystem(pattern, layout);
   const Eigen::MatrixXd J = Eigen::MatrixXd::Random(40, 12);
   const Eigen::MatrixXd K = Eigen::MatrixXd::Random(40, 2);
   for (ExplicitSystem* system : {dense.get(), sparse.get()}) {

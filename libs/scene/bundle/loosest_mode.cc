@@ -11,6 +11,7 @@
 #include "bundle/point_terms.h"
 #include "bundle/reduced_system.h"
 #include "core/angles.h"
+#include "core/threads.h"
 
 namespace skein {
 namespace {
@@ -96,11 +97,11 @@ struct SimilarityFit {
 // distance of another one from it.
 class ReducedCovariance {
  public:
-  ReducedCovariance(const Bundle& bundle, Loss loss)
+  ReducedCovariance(const Bundle& bundle, int num_threads)
       : bundle_(bundle),
         layout_(MakeLayout(bundle)),
         centers_(CentersOf(bundle)),
-        loss_{loss, 1.0} {
+        num_threads_(num_threads) {
     if (layout_.num_free_poses != static_cast<int>(bundle.poses.size())) {
       throw std::invalid_argument("loosest mode: a pose is constant");
     }
@@ -108,10 +109,7 @@ class ReducedCovariance {
 
   // False if the system is singular.
   bool Decompose() {
-    system_ = MakeSystem(ChoosePattern(BundleOptions(), bundle_, layout_), layout_);
-    system_->SetZero();
-    PointTerms terms;
-    for (const BundlePoint& point : bundle_.points) AddPoint(point, &terms);
+    SumUpPoints();
     if (redundancy_ <= 0) return false;
     AddPriors();
     const Eigen::VectorXd damping = HoldGauge();
@@ -138,20 +136,47 @@ class ReducedCovariance {
   }
 
  private:
-  void AddPoint(const BundlePoint& point, PointTerms* terms) {
+  // A part of the points.
+  struct Part {
+    std::unique_ptr<ExplicitSystem> system;
+    double squared_residuals = 0;
+    double redundancy = 0;
+  };
+
+  void SumUpPoints() {
+    const PosePattern pattern = ChoosePattern(BundleOptions(), bundle_, layout_);
+    const std::vector<PointRange> ranges = SplitPoints(bundle_);
+    std::vector<Part> parts(ranges.size());
+    for (Part& part : parts) part.system = MakeSystem(pattern, layout_, num_threads_);
+    ForEachOnThreads(num_threads_, parts.size(), [&](size_t i) {
+      parts[i].system->SetZero();
+      PointTerms terms;
+      for (int p = ranges[i].begin; p < ranges[i].end; ++p) {
+        AddPoint(bundle_.points[p], &terms, &parts[i]);
+      }
+    });
+    system_ = std::move(parts[0].system);
+    for (size_t i = 0; i < parts.size(); ++i) {
+      if (i > 0) system_->Add(*parts[i].system);
+      squared_residuals_ += parts[i].squared_residuals;
+      redundancy_ += parts[i].redundancy;
+    }
+  }
+
+  void AddPoint(const BundlePoint& point, PointTerms* terms, Part* part) const {
     const int num_pieces = NumPieces(point);
     for (int piece = 0; piece < num_pieces; ++piece) {
       terms->Set(bundle_, layout_, loss_, point, 0.0, piece, num_pieces);
       const double condition = terms->V.norm() * terms->V_inverse.norm();
       if (!point.constant && !(condition < kMaxConditionOfPoint)) continue;
-      AddDirect(*terms, system_.get());
-      if (!point.constant) EliminatePoint(terms, system_.get());
+      AddDirect(*terms, part->system.get());
+      if (!point.constant) EliminatePoint(terms, part->system.get());
       for (int i = 0; i < terms->size; ++i) {
-        squared_residuals_ += terms->terms[i].residual.squaredNorm();
+        part->squared_residuals += terms->terms[i].residual.squaredNorm();
       }
-      redundancy_ += 2 * terms->size;
+      part->redundancy += 2 * terms->size;
     }
-    if (!point.constant) redundancy_ -= 3;
+    if (!point.constant) part->redundancy -= 3;
   }
 
   // In units of the noise, as the observations are.
@@ -197,7 +222,8 @@ class ReducedCovariance {
   const Bundle& bundle_;
   const BundleLayout layout_;
   const Centers centers_;
-  const RobustLoss loss_;
+  const int num_threads_;
+  const RobustLoss loss_{BundleOptions().loss, BundleOptions().loss_scale_px};
   std::unique_ptr<ExplicitSystem> system_;
   double squared_residuals_ = 0;
   double redundancy_ = 0;
@@ -347,9 +373,9 @@ bool HasScale(int min_points, const Bundle& bundle, const Centers& centers, cons
 
 }  // namespace
 
-std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss) {
+std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, int num_threads) {
   if (bundle.poses.size() < 3) return std::nullopt;
-  ReducedCovariance covariance(bundle, loss);
+  ReducedCovariance covariance(bundle, num_threads);
   if (!covariance.Decompose()) return std::nullopt;
   const int num = static_cast<int>(bundle.poses.size());
   const Spectrum spectrum = FindSpectrum(ShapeCovariance(bundle, covariance), 3 * num);

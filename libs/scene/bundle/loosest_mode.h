@@ -28,10 +28,10 @@ struct LoosestMode {
 // centres once the best similarity is taken out (the S-transformation of Baarda, as in Triggs et
 // al., Bundle Adjustment - A Modern Synthesis, section 9). The mode is C's largest eigenvector, by
 // 20 Lanczos iterations with one Cholesky decomposition of the reduced system; the expected error
-// sums the eigenvalues that these find. `loss`: what the bundle was minimised with; its scale is 1
-// px. Nothing if the observations leave a pose undetermined. Throws std::invalid_argument if a pose
-// is constant.
-std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, Loss loss = Loss::kSoftL1);
+// sums the eigenvalues that these find. The bundle was minimised with the loss of BundleOptions.
+// The result does not depend on the number of threads. Nothing if the observations leave a pose
+// undetermined. Throws std::invalid_argument if a pose is constant.
+std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, int num_threads = 1);
 
 // Maximum spanning tree of poses, which are joined by the points that they share. Each edge cuts
 // them into two parts.

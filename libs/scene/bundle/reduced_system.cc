@@ -3,66 +3,136 @@
 #include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <cstdint>
+
+#include "bundle/dense_factor.h"
 
 namespace skein {
 namespace {
 
 using ConstBlock = Eigen::Map<const Eigen::MatrixXd>;
 
-class DenseSystem : public ExplicitSystem {
+// Upper triangle by blocks: 6 x 6 of the poses, one after the other in memory, and the columns of
+// the cameras, few, as a border. `pattern`: empty if there may be a block at any two poses.
+class PoseBlocks {
  public:
-  explicit DenseSystem(int size) : ExplicitSystem(size), S_(size, size) {}
-
-  bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
-             Eigen::VectorXd* x) override {
-    S_.diagonal() += damping;
-    // Column-major upper triangle is the lower one of the transpose, which LLT reads fastest.
-    Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>, Eigen::Upper> llt(S_);
-    if (llt.info() != Eigen::Success) return false;
-    *x = llt.solve(b);
-    return x->allFinite();
+  PoseBlocks(const PosePattern& pattern, const BundleLayout& layout)
+      : num_poses_(layout.num_free_poses),
+        num_pose_rows_(6 * num_poses_),
+        columns_(pattern),
+        first_(num_poses_ + 1, 0),
+        border_(layout.size, layout.size - num_pose_rows_) {
+    for (int i = 0; i < num_poses_; ++i) first_[i + 1] = first_[i] + NumColumns(i);
+    blocks_.resize(first_.back());
   }
 
-  // S_ holds the factor U of U' U.
-  Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const override {
-    const auto U = S_.triangularView<Eigen::Upper>();
-    return U.solve(U.adjoint().solve(b));
+  void Add(int row, int column, const double* values, int rows, int columns, double sign) {
+    if (column >= num_pose_rows_) {
+      border_.block(row, column - num_pose_rows_, rows, columns) +=
+          sign * ConstBlock(values, rows, columns);
+      return;
+    }
+    const Eigen::Map<const Matrix6d> block(values);
+    if (sign > 0) {
+      blocks_[IndexOf(row / 6, column / 6)] += block;
+    } else {
+      blocks_[IndexOf(row / 6, column / 6)] -= block;
+    }
   }
+  void SetZero() {
+    for (Matrix6d& block : blocks_) block.setZero();
+    border_.setZero();
+  }
+  void Add(const PoseBlocks& other) {
+    for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += other.blocks_[i];
+    border_ += other.border_;
+  }
+
+  // Calls function(row, column, block) for the poses' blocks: the first row and column of each.
+  template <typename Function>
+  void ForEach(const Function& function) const {
+    for (int i = 0; i < num_poses_; ++i) {
+      for (size_t k = 0; k < NumColumns(i); ++k) {
+        const int j = columns_.empty() ? i + static_cast<int>(k) : columns_[i][k];
+        function(6 * i, 6 * j, blocks_[first_[i] + k]);
+      }
+    }
+  }
+  void DropPoses() { blocks_ = {}; }
+  size_t size() const { return blocks_.size(); }
+  int num_pose_rows() const { return num_pose_rows_; }
+  const Eigen::MatrixXd& border() const { return border_; }
+
+ private:
+  using Matrix6d = Eigen::Matrix<double, 6, 6>;
+
+  size_t NumColumns(int i) const {
+    return columns_.empty() ? static_cast<size_t>(num_poses_ - i) : columns_[i].size();
+  }
+  size_t IndexOf(int i, int j) const {
+    if (columns_.empty()) return first_[i] + (j - i);
+    return first_[i] +
+           (std::lower_bound(columns_[i].begin(), columns_[i].end(), j) - columns_[i].begin());
+  }
+
+  const int num_poses_, num_pose_rows_;
+  const PosePattern columns_;  // block columns of each block row, ascending
+  std::vector<size_t> first_;  // of each row in blocks_
+  std::vector<Matrix6d> blocks_;
+  Eigen::MatrixXd border_;
+};
+
+class BlockSystem : public ExplicitSystem {
+ public:
+  BlockSystem(const PosePattern& pattern, const BundleLayout& layout)
+      : ExplicitSystem(layout.size), blocks_(pattern, layout) {}
+
+  void DropMatrix() override { blocks_.DropPoses(); }
 
  protected:
   void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
-    if (rows == 6 && columns == 6) {
-      const Eigen::Map<const Eigen::Matrix<double, 6, 6>> block(values);
-      if (sign > 0) {
-        S_.block<6, 6>(row, column) += block;
-      } else {
-        S_.block<6, 6>(row, column) -= block;
-      }
-      return;
-    }
-    S_.block(row, column, rows, columns) += sign * ConstBlock(values, rows, columns);
+    blocks_.Add(row, column, values, rows, columns, sign);
   }
-  void SetMatrixZero() override { S_.setZero(); }
+  void SetMatrixZero() override { blocks_.SetZero(); }
   void AddMatrix(const ReducedSystem& other) override {
-    S_ += static_cast<const DenseSystem&>(other).S_;
+    blocks_.Add(static_cast<const BlockSystem&>(other).blocks_);
+  }
+  const PoseBlocks& blocks() const { return blocks_; }
+
+ private:
+  PoseBlocks blocks_;
+};
+
+class DenseSystem : public BlockSystem {
+ public:
+  DenseSystem(const BundleLayout& layout, int num_threads)
+      : BlockSystem({}, layout), num_threads_(num_threads) {}
+
+  bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
+             Eigen::VectorXd* x) override {
+    U_.resize(b.size(), b.size());
+    blocks().ForEach([this](int row, int column, const Eigen::Matrix<double, 6, 6>& block) {
+      U_.block<6, 6>(row, column) = block;
+    });
+    U_.rightCols(blocks().border().cols()) = blocks().border();
+    U_.diagonal() += damping;
+    if (!DecomposeDense(num_threads_, &U_)) return false;
+    *x = SolveAgain(b);
+    return x->allFinite();
+  }
+
+  Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const override {
+    return SolveDense(num_threads_, U_, b);
   }
 
  private:
-  Eigen::MatrixXd S_;
+  const int num_threads_;
+  Eigen::MatrixXd U_;  // factor U' U, after Solve
 };
 
-// Pose blocks in block rows with sorted columns; the cameras' rows, few, as a dense border.
-class SparseSystem : public ExplicitSystem {
+class SparseSystem : public BlockSystem {
  public:
-  SparseSystem(const PosePattern& pattern, const BundleLayout& layout)
-      : ExplicitSystem(layout.size),
-        num_pose_rows_(6 * layout.num_free_poses),
-        columns_(pattern),
-        first_(layout.num_free_poses + 1, 0),
-        border_(layout.size, layout.size - num_pose_rows_) {
-    for (size_t i = 0; i < columns_.size(); ++i) first_[i + 1] = first_[i] + columns_[i].size();
-    blocks_.resize(first_.back());
-  }
+  using BlockSystem::BlockSystem;
 
   bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
              Eigen::VectorXd* x) override {
@@ -79,64 +149,40 @@ class SparseSystem : public ExplicitSystem {
   // [A B; B' C] [x; z] = [b; d] through the Schur complement of A.
   Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const override {
     Eigen::VectorXd x(b.size());
-    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows_));
-    const int border = static_cast<int>(border_.cols());
-    x.head(num_pose_rows_) = A_b;
+    const int num_pose_rows = blocks().num_pose_rows();
+    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows));
+    const int border = static_cast<int>(blocks().border().cols());
+    x.head(num_pose_rows) = A_b;
     if (border == 0) return x;
-    const auto B = border_.topRows(num_pose_rows_);
+    const auto B = blocks().border().topRows(num_pose_rows);
     x.tail(border) = border_llt_.solve(b.tail(border) - B.transpose() * A_b);
-    x.head(num_pose_rows_) -= A_B_ * x.tail(border);
+    x.head(num_pose_rows) -= A_B_ * x.tail(border);
     return x;
-  }
-
- protected:
-  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
-    if (column >= num_pose_rows_) {
-      border_.block(row, column - num_pose_rows_, rows, columns) +=
-          sign * ConstBlock(values, rows, columns);
-      return;
-    }
-    const std::vector<int>& in_row = columns_[row / 6];
-    const size_t at = std::lower_bound(in_row.begin(), in_row.end(), column / 6) - in_row.begin();
-    blocks_[first_[row / 6] + at] += sign * Eigen::Map<const Eigen::Matrix<double, 6, 6>>(values);
-  }
-  void SetMatrixZero() override {
-    for (auto& block : blocks_) block.setZero();
-    border_.setZero();
-  }
-  void AddMatrix(const ReducedSystem& other) override {
-    const auto& o = static_cast<const SparseSystem&>(other);
-    for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += o.blocks_[i];
-    border_ += o.border_;
   }
 
  private:
   Eigen::SparseMatrix<double> Matrix(const Eigen::VectorXd& damping) const {
     std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(36 * blocks_.size());
-    for (size_t row = 0; row < columns_.size(); ++row) {
-      for (size_t k = 0; k < columns_[row].size(); ++k) {
-        const auto& block = blocks_[first_[row] + k];
-        const int r0 = 6 * static_cast<int>(row), c0 = 6 * columns_[row][k];
-        for (int c = 0; c < 6; ++c) {
-          for (int r = 0; r < 6; ++r) {
-            if (r0 + r > c0 + c) continue;
-            entries.emplace_back(r0 + r, c0 + c,
-                                 block(r, c) + (r0 + r == c0 + c ? damping[r0 + r] : 0.0));
-          }
+    entries.reserve(36 * blocks().size());
+    blocks().ForEach([&](int row, int column, const Eigen::Matrix<double, 6, 6>& block) {
+      for (int c = 0; c < 6; ++c) {
+        for (int r = 0; r < 6 && row + r <= column + c; ++r) {
+          const bool is_diagonal = row + r == column + c;
+          entries.emplace_back(row + r, column + c,
+                               block(r, c) + (is_diagonal ? damping[row + r] : 0.0));
         }
       }
-    }
-    Eigen::SparseMatrix<double> S(num_pose_rows_, num_pose_rows_);
+    });
+    Eigen::SparseMatrix<double> S(blocks().num_pose_rows(), blocks().num_pose_rows());
     S.setFromTriplets(entries.begin(), entries.end());
     return S;
   }
 
   bool DecomposeBorder(const Eigen::VectorXd& damping) {
-    const int border = static_cast<int>(border_.cols());
+    const int border = static_cast<int>(blocks().border().cols());
     if (border == 0) return true;
-    const Eigen::MatrixXd B = border_.topRows(num_pose_rows_);
-    Eigen::MatrixXd C = border_.bottomRows(border);
+    const Eigen::MatrixXd B = blocks().border().topRows(blocks().num_pose_rows());
+    Eigen::MatrixXd C = blocks().border().bottomRows(border);
     C.diagonal() += damping.tail(border);
     C = C.selfadjointView<Eigen::Upper>();
     A_B_ = llt_.solve(B);
@@ -144,11 +190,6 @@ class SparseSystem : public ExplicitSystem {
     return border_llt_.info() == Eigen::Success;
   }
 
-  const int num_pose_rows_;
-  const PosePattern columns_;  // block columns of each block row
-  std::vector<size_t> first_;  // of each row in blocks_
-  std::vector<Eigen::Matrix<double, 6, 6>> blocks_;
-  Eigen::MatrixXd border_;  // columns of the cameras' parameters
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
   bool analysed_ = false;
   Eigen::MatrixXd A_B_;  // A^-1 B
@@ -193,27 +234,36 @@ void ReducedSystem::Add(const ReducedSystem& other) {
   AddMatrix(other);
 }
 
-std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout) {
-  return std::make_unique<DenseSystem>(layout.size);
+std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout, int num_threads) {
+  return std::make_unique<DenseSystem>(layout, num_threads);
 }
 
 PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout) {
-  const int size = layout.num_free_poses;
-  std::vector<std::vector<bool>> found(size, std::vector<bool>(size, false));
+  constexpr int kBits = 64;
+  const int size = layout.num_free_poses, num_words = (size + kBits - 1) / kBits;
+  std::vector<uint64_t> found(static_cast<size_t>(size) * num_words), seen(num_words);
+  const auto set = [](int i, uint64_t* words) { words[i / kBits] |= uint64_t{1} << i % kBits; };
+  std::vector<int> poses;  // that observe the point
   for (const BundlePoint& point : bundle.points) {
+    poses.clear();
+    std::fill(seen.begin(), seen.end(), 0);
     for (int i = point.first; i < point.first + point.count; ++i) {
       const int row = layout.pose_row[bundle.observations[i].pose];
-      for (int j = point.first; row >= 0 && j < point.first + point.count; ++j) {
-        const int column = layout.pose_row[bundle.observations[j].pose];
-        if (column >= row) found[row / 6][column / 6] = true;
-      }
+      if (row < 0) continue;
+      poses.push_back(row / 6);
+      set(row / 6, seen.data());
+    }
+    for (const int pose : poses) {
+      uint64_t* words = &found[static_cast<size_t>(pose) * num_words];
+      for (int word = 0; word < num_words; ++word) words[word] |= seen[word];
     }
   }
   PosePattern pattern(size);
   for (int row = 0; row < size; ++row) {
-    found[row][row] = true;
+    uint64_t* words = &found[static_cast<size_t>(row) * num_words];
+    set(row, words);
     for (int column = row; column < size; ++column) {
-      if (found[row][column]) pattern[row].push_back(column);
+      if (words[column / kBits] >> column % kBits & 1) pattern[row].push_back(column);
     }
   }
   return pattern;
@@ -240,8 +290,9 @@ PosePattern ChoosePattern(const BundleOptions& options, const Bundle& bundle,
   return is_dense ? PosePattern() : pattern;
 }
 
-std::unique_ptr<ExplicitSystem> MakeSystem(const PosePattern& chosen, const BundleLayout& layout) {
-  return chosen.empty() ? MakeDenseSystem(layout) : MakeSparseSystem(chosen, layout);
+std::unique_ptr<ExplicitSystem> MakeSystem(const PosePattern& chosen, const BundleLayout& layout,
+                                           int num_threads) {
+  return chosen.empty() ? MakeDenseSystem(layout, num_threads) : MakeSparseSystem(chosen, layout);
 }
 
 }  // namespace skein

@@ -48,7 +48,8 @@ class ReducedSystem {
   Eigen::MatrixXd direct_;
 };
 
-// Holds the Schur complement S = U - W V^-1 W' as a matrix, to decompose it.
+// Holds the Schur complement S = U - W V^-1 W' as a matrix, to decompose it (by `num_threads`, if
+// dense; the factor does not depend on their number).
 class ExplicitSystem : public ReducedSystem {
  public:
   using ReducedSystem::ReducedSystem;
@@ -64,9 +65,11 @@ class ExplicitSystem : public ReducedSystem {
                      Eigen::VectorXd* x) = 0;
   // The same system with another b. Needs a Solve that gave true, and no change since.
   virtual Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const = 0;
+  // Frees the matrix beside its factor: nothing but SolveAgain may follow.
+  virtual void DropMatrix() = 0;
 };
 
-std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout);
+std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout, int num_threads);
 
 // For each free pose: itself and the later free poses that share a point with it, ascending.
 using PosePattern = std::vector<std::vector<int>>;
@@ -83,9 +86,10 @@ std::unique_ptr<ExplicitSystem> MakeSparseSystem(const PosePattern& pattern,
 
 // The pattern of a sparse system, where one is to be preferred; else empty, of a dense one. Dense
 // are up to 250 poses, and up to 1,500 where the sparse Cholesky decomposition would take longer:
-// these take 650 MB a thread.
+// these take 325 MB a system, and 650 MB for the factor.
 PosePattern ChoosePattern(const BundleOptions& options, const Bundle& bundle,
                           const BundleLayout& layout);
-std::unique_ptr<ExplicitSystem> MakeSystem(const PosePattern& chosen, const BundleLayout& layout);
+std::unique_ptr<ExplicitSystem> MakeSystem(const PosePattern& chosen, const BundleLayout& layout,
+                                           int num_threads);
 
 }  // namespace skein

@@ -129,7 +129,8 @@ bool Adjuster::ChooseIntrinsics(bool is_final) {
 
 void Adjuster::Check(bool shape_is_known) {
   const Timer timer;
-  if (!shape_is_known) check_.shape = CheckShape(BuildGlobalBundle(map_, true));
+  if (!shape_is_known)
+    check_.shape = CheckShape(BuildGlobalBundle(map_, true), options_.num_threads);
   check_.pairs = CheckPairs(map_);
   LogInfo(
       "checked {} photos: position sigma {:.3f} % of the extent, {} of {} pairs contradict ({:.2f} "

@@ -35,7 +35,8 @@ void BackgroundBa::Solve(const BundleOptions& options) {
   const Timer timer;
   summary_ = SolveBundle(options, &refined_.bundle);
   refined_.seconds = timer.ElapsedS();
-  if (summary_.usable && !cancel_) refined_.shape = CheckShape(refined_.bundle);
+  if (summary_.usable && !cancel_)
+    refined_.shape = CheckShape(refined_.bundle, options.num_threads);
 }
 
 std::optional<RefinedBundle> BackgroundBa::TakeIfDone() {

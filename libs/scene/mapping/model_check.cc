@@ -14,7 +14,7 @@ constexpr double kSharedErrors = 2;
 
 }  // namespace
 
-ShapeCheck CheckShape(const Bundle& bundle) {
+ShapeCheck CheckShape(const Bundle& bundle, int num_threads) {
   ShapeCheck check;
   if (bundle.poses.size() < 3) return check;
   const SpanningTree tree = MaximumSpanningTree(bundle);
@@ -23,7 +23,7 @@ ShapeCheck CheckShape(const Bundle& bundle) {
             static_cast<int>(tie->loose_side.size())};
   }
   const double extent = ExtentOf(bundle);
-  const std::optional<LoosestMode> mode = FindLoosestMode(bundle);
+  const std::optional<LoosestMode> mode = FindLoosestMode(bundle, num_threads);
   const double error = mode ? kSharedErrors * mode->expected_error : extent;
   if (!(error < extent)) {
     check.position_sigma = 1;

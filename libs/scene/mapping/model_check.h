@@ -27,7 +27,7 @@ struct ShapeCheck {
 
 // Shape of a whole map after global BA. `bundle` has all its photos, none of them constant. Costs a
 // decomposition of the reduced system, as the first step of the BA did, and 21 solutions with it.
-ShapeCheck CheckShape(const Bundle& bundle);
+ShapeCheck CheckShape(const Bundle& bundle, int num_threads = 1);
 
 // Verified pairs of registered photos whose matches contradict the poses.
 struct PairCheck {

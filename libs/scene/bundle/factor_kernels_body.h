@@ -1,0 +1,55 @@
+#pragma once
+
+// Included by one file for each instruction set, which is compiled with its -m flags. Everything is
+// in an anonymous namespace and nothing of the standard library is called: the linker could use
+// inline code of this file elsewhere. Vectors are GCC's and Clang's vector_size.
+
+#include "bundle/factor_kernels.h"
+
+namespace skein {
+namespace {
+
+#if defined(__AVX512F__)
+constexpr int kLanes = 8;
+#elif defined(__AVX2__)
+constexpr int kLanes = 4;
+#else
+constexpr int kLanes = 2;
+#endif
+
+typedef double Lanes __attribute__((vector_size(8 * kLanes)));
+
+inline Lanes Load(const double* p) {
+  Lanes v;
+  __builtin_memcpy(&v, p, sizeof v);
+  return v;
+}
+inline void Subtract(const Lanes& v, double* p) {
+  const Lanes rest = Load(p) - v;
+  __builtin_memcpy(p, &rest, sizeof rest);
+}
+
+// The sums stay in registers: 2 x kTileColumns of them.
+void SubtractTile(const TileTask& task) {
+  Lanes low[kTileColumns] = {}, high[kTileColumns] = {};
+  const double* A = task.A;
+  const double* B = task.B;
+  for (int k = 0; k < task.depth; ++k, A += 2 * kLanes, B += kTileColumns) {
+    const Lanes a_low = Load(A), a_high = Load(A + kLanes);
+#pragma GCC unroll 6
+    for (int column = 0; column < kTileColumns; ++column) {
+      low[column] += a_low * B[column];
+      high[column] += a_high * B[column];
+    }
+  }
+#pragma GCC unroll 6
+  for (int column = 0; column < kTileColumns; ++column) {
+    Subtract(low[column], task.C + column * task.stride);
+    Subtract(high[column], task.C + column * task.stride + kLanes);
+  }
+}
+
+FactorKernel MakeKernel() { return {2 * kLanes, SubtractTile}; }
+
+}  // namespace
+}  // namespace skein
