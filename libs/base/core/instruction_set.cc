@@ -31,6 +31,12 @@ bool IsInstructionSetSupported(InstructionSet set) {
   return set == InstructionSet::kPortable;
 }
 
+void RequireInstructionSet(InstructionSet set, const std::string& what) {
+  if (IsInstructionSetSupported(set)) return;
+  throw std::invalid_argument("this processor does not run " + what + " for " +
+                              InstructionSetName(set));
+}
+
 InstructionSet FastestInstructionSet() {
   return *std::find_if(kInstructionSets.rbegin(), kInstructionSets.rend(),
                        IsInstructionSetSupported);

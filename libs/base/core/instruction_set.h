@@ -18,6 +18,10 @@ std::string InstructionSetName(InstructionSet set);
 // Whether this processor and operating system run it: AVX2 and AVX-512 (F, BW, DQ, VL) with FMA.
 bool IsInstructionSetSupported(InstructionSet set);
 
+// Throws std::invalid_argument if it is not supported here: "this processor does not run WHAT for
+// avx512".
+void RequireInstructionSet(InstructionSet set, const std::string& what);
+
 // The fastest one supported here.
 InstructionSet FastestInstructionSet();
 
