@@ -419,6 +419,7 @@ bool Submap::IsVerdictKnown(const Batch& batch) const {
 // True if the map is another one now.
 bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                            const EventSink& sink) {
+  TakeOutSimilarPlaces(batch.others, anew);
   const bool loses = batch.is_of_place && LosesPhotos(anew->map(), batch.others);
   const bool mixes = !loses && MixesPlaces(anew->map(), batch.others);
   const size_t num_before = map_->reconstruction().NumRegImages();
@@ -462,20 +463,47 @@ bool Submap::LosesPhotos(const SceneMap& anew,
 }
 
 // As a merge's target judges a merged model: by what photos of two submaps show of each other's.
+// The photos of the new map that belong to theirs, if the two show two places; else none.
+std::set<ImageId> Submap::PhotosOfSimilarPlace(const SceneMap& anew,
+                                               const std::vector<int64_t>& theirs) const {
+  const std::vector<ImageId>& registered = map_->reconstruction().RegImageIds();
+  DividedPhotos photos = DividePhotos(anew, {registered.begin(), registered.end()},
+                                      {theirs.begin(), theirs.end()}, anew.reconstruction());
+  const PlacesOfTwoSets places =
+      ComparePlaces(anew, anew.reconstruction(), photos.of_first, photos.of_second);
+  if (!places.differ) return {};
+  LogInfo("batch: {} and {} photos show two places: {}", photos.of_first.size(),
+          photos.of_second.size(), places.reason);
+  return std::move(photos.of_second);
+}
+
+// They stay with the submap that holds them. So must photos that no submap holds, if they came with
+// them.
+void Submap::TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others,
+                                  Submap* anew) const {
+  std::set<ImageId> out;
+  for (const std::vector<int64_t>& theirs : others)
+    out.merge(PhotosOfSimilarPlace(*anew->map_, theirs));
+  if (out.empty()) return;
+  std::set<int64_t> held;
+  for (const std::vector<int64_t>& theirs : others) held.insert(theirs.begin(), theirs.end());
+  std::vector<int64_t> free;
+  for (const ImageId id : anew->map_->reconstruction().RegImageIds()) {
+    if (!map_->IsRegistered(id) && held.count(id) == 0) free.push_back(id);
+  }
+  out.merge(PhotosOfSimilarPlace(*anew->map_, free));
+  const EventSink ignore = [](const PhotoEvent&) {};
+  for (const ImageId id : out) {
+    anew->Withdraw(id, {Refusal::Cause::kSimilarPlace, "of a visually similar place"}, ignore);
+    anew->SetHeldElsewhere(id, true);
+  }
+  anew->RefineUntilStable(ignore);
+}
+
 bool Submap::MixesPlaces(const SceneMap& anew,
                          const std::vector<std::vector<int64_t>>& others) const {
-  const std::vector<ImageId>& registered = map_->reconstruction().RegImageIds();
-  const std::set<ImageId> ours(registered.begin(), registered.end());
   return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& theirs) {
-    const DividedPhotos photos =
-        DividePhotos(anew, ours, {theirs.begin(), theirs.end()}, anew.reconstruction());
-    const PlacesOfTwoSets places =
-        ComparePlaces(anew, anew.reconstruction(), photos.of_first, photos.of_second);
-    if (places.differ) {
-      LogInfo("batch: {} and {} photos show two places: {}", photos.of_first.size(),
-              photos.of_second.size(), places.reason);
-    }
-    return places.differ;
+    return !PhotosOfSimilarPlace(anew, theirs).empty();
   });
 }
 

@@ -111,8 +111,8 @@ class Submap {
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
   // The new map stays if more verified matches agree with it, or about as many while it has more
-  // photos. No photo may be lost that no other map has, and photos taken from another submap must
-  // show no visually similar place. Else its photos may be absorbed, if nearly as many matches
+  // photos. Photos of another submap that show a visually similar place stay there. No photo may be
+  // lost that no other map has. Else its photos may be absorbed, if nearly as many matches
   // agree with it. True if the map is another one now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
@@ -210,6 +210,9 @@ class Submap {
                      const EventSink& sink);
   bool HasOthers(const SceneMap& anew) const;
   bool LosesPhotos(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
+  std::set<ImageId> PhotosOfSimilarPlace(const SceneMap& anew,
+                                         const std::vector<int64_t>& theirs) const;
+  void TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others, Submap* anew) const;
   bool MixesPlaces(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
   // Whether another map may win a photo, or enough matches to stay; whether it stayed.
   bool MayWin(const Batch& batch, const MatchAgreement& now) const;
