@@ -36,6 +36,22 @@ function(skein_library name)
   skein_use_unity(${name})
 endfunction()
 
+# Kernels: PREFIX.cc, which chooses, and a file for each instruction set, PREFIX_portable.cc and so on, with FLAGS and its -m
+# flags. These files include neither Eigen nor OpenCV, whose layout depends on the flags.
+function(skein_kernel_library name)
+  cmake_parse_arguments(ARG "" "PREFIX" "FLAGS;AVX512_FLAGS" ${ARGN})
+  set(sources ${ARG_PREFIX}.cc ${ARG_PREFIX}_portable.cc)
+  set_source_files_properties(${ARG_PREFIX}_portable.cc PROPERTIES COMPILE_OPTIONS "${ARG_FLAGS}")
+  if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
+    list(APPEND sources ${ARG_PREFIX}_avx2.cc ${ARG_PREFIX}_avx512.cc)
+    set_source_files_properties(${ARG_PREFIX}_avx2.cc PROPERTIES COMPILE_OPTIONS "${ARG_FLAGS};-mavx2;-mfma")
+    set_source_files_properties(${ARG_PREFIX}_avx512.cc PROPERTIES COMPILE_OPTIONS
+      "${ARG_FLAGS};-mavx512f;-mavx512bw;-mavx512dq;-mavx512vl;-mfma;${ARG_AVX512_FLAGS}")
+  endif()
+  skein_library(${name} SOURCES ${sources} LINKS skein_core)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD OFF) # each file has flags of its own
+endfunction()
+
 function(skein_executable name)
   cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})

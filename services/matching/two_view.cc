@@ -72,10 +72,6 @@ bool HavePriors(const Camera& camera1, const Camera& camera2) {
   return camera1.HasPriorFocalLength() && camera2.HasPriorFocalLength();
 }
 
-double NormalizedError(const Camera& camera1, const Camera& camera2, double error_px) {
-  return (camera1.ImageToWorldThreshold(error_px) + camera2.ImageToWorldThreshold(error_px)) / 2;
-}
-
 TwoViewGeometry Degenerate() {
   TwoViewGeometry geometry;
   geometry.config = TwoViewGeometry::DEGENERATE;

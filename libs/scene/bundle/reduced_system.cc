@@ -270,7 +270,7 @@ PosePattern FindPattern(const Bundle& bundle, const BundleLayout& layout) {
 }
 
 bool IsFasterSparse(const PosePattern& pattern) {
-  constexpr double kSlowness = 5;  // of an operation of SimplicialLLT beside LLT: measured 4 to 6
+  constexpr double kSlowness = 5;  // of SimplicialLLT beside Eigen's LLT: measured 4 to 6
   const double size = static_cast<double>(pattern.size());
   return kSlowness * NumOperations(pattern) < size * size * size / 3;
 }

@@ -43,14 +43,12 @@ RelativeRotation EstimateRotation(const SceneMap& map, ImageId id1, ImageId id2)
     points1.push_back(Normalized(map, id1, match.point2D_idx1));
     points2.push_back(Normalized(map, id2, match.point2D_idx2));
   }
-  const auto threshold = [&](ImageId id) {
-    return map.reconstruction()
-        .Camera(map.reconstruction().Image(id).CameraId())
-        .ImageToWorldThreshold(limits::kMaxErrorPx);
+  const auto camera = [&](ImageId id) -> const Camera& {
+    return map.reconstruction().Camera(map.reconstruction().Image(id).CameraId());
   };
   RelativeRotation rotation{id1, id2, Eigen::Matrix3d::Identity(), 0};
   RansacLimits limits;
-  limits.max_error = (threshold(id1) + threshold(id2)) / 2;
+  limits.max_error = NormalizedError(camera(id1), camera(id2), limits::kMaxErrorPx);
   limits.min_inlier_ratio = 0.25;
   limits.max_num_trials = 1000;
   SetRandomSeed(SeedFromIds(id1, id2));

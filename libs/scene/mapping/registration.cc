@@ -339,9 +339,7 @@ Votes EpipolarVotes(const SceneMap& map, ImageId id1, ImageId id2) {
   const Image& image2 = reconstruction.Image(id2);
   const Camera& camera1 = reconstruction.Camera(image1.CameraId());
   const Camera& camera2 = reconstruction.Camera(image2.CameraId());
-  const double max_error = (camera1.ImageToWorldThreshold(limits::kMaxErrorPx) +
-                            camera2.ImageToWorldThreshold(limits::kMaxErrorPx)) /
-                           2;
+  const double max_error = NormalizedError(camera1, camera2, limits::kMaxErrorPx);
   BundlePose pose;
   GetPose(image1, &pose);
   const Eigen::Matrix3d E = EssentialMatrix(pose, image2);

@@ -23,6 +23,12 @@ constexpr double kMinYieldRatio = 2.0;
 // had 0.99 and six photos more, one of photos and their mirror images had 0.51.
 constexpr double kMinAgreeing = 0.9;
 
+std::set<int64_t> PhotosOf(const std::vector<std::vector<int64_t>>& submaps) {
+  std::set<int64_t> photos;
+  for (const std::vector<int64_t>& ids : submaps) photos.insert(ids.begin(), ids.end());
+  return photos;
+}
+
 // Whether the model's registered part can replace the map's.
 Status CheckFits(const SceneMap& map, const Reconstruction& model) {
   for (const ImageId id : model.RegImageIds()) {
@@ -419,9 +425,10 @@ bool Submap::IsVerdictKnown(const Batch& batch) const {
 // True if the map is another one now.
 bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                            const EventSink& sink) {
-  TakeOutSimilarPlaces(batch.others, anew);
+  const bool has_taken_out = TakeOutSimilarPlaces(batch.others, anew);
+  if (options_.IsStopped()) return false;  // it may not be settled
   const bool loses = batch.is_of_place && LosesPhotos(anew->map(), batch.others);
-  const bool mixes = !loses && MixesPlaces(anew->map(), batch.others);
+  const bool mixes = has_taken_out && !loses && MixesPlaces(anew->map(), batch.others);
   const size_t num_before = map_->reconstruction().NumRegImages();
   if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
   const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
@@ -452,8 +459,7 @@ bool Submap::HasOthers(const SceneMap& anew) const {
 // new one has.
 bool Submap::LosesPhotos(const SceneMap& anew,
                          const std::vector<std::vector<int64_t>>& others) const {
-  std::set<int64_t> elsewhere;
-  for (const std::vector<int64_t>& ids : others) elsewhere.insert(ids.begin(), ids.end());
+  const std::set<int64_t> elsewhere = PhotosOf(others);
   int64_t num_lost = 0;
   for (const ImageId id : map_->photos()) {
     if (elsewhere.count(id) > 0) continue;
@@ -478,15 +484,14 @@ std::set<ImageId> Submap::PhotosOfSimilarPlace(const SceneMap& anew,
 }
 
 // They stay with the submap that holds them. So must photos that no submap holds, if they came with
-// them.
-void Submap::TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others,
+// them. True if there were any.
+bool Submap::TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others,
                                   Submap* anew) const {
   std::set<ImageId> out;
   for (const std::vector<int64_t>& theirs : others)
     out.merge(PhotosOfSimilarPlace(*anew->map_, theirs));
-  if (out.empty()) return;
-  std::set<int64_t> held;
-  for (const std::vector<int64_t>& theirs : others) held.insert(theirs.begin(), theirs.end());
+  if (out.empty()) return false;
+  const std::set<int64_t> held = PhotosOf(others);
   std::vector<int64_t> free;
   for (const ImageId id : anew->map_->reconstruction().RegImageIds()) {
     if (!map_->IsRegistered(id) && held.count(id) == 0) free.push_back(id);
@@ -498,6 +503,7 @@ void Submap::TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& other
     anew->SetHeldElsewhere(id, true);
   }
   anew->RefineUntilStable(ignore);
+  return true;
 }
 
 bool Submap::MixesPlaces(const SceneMap& anew,

@@ -212,7 +212,7 @@ class Submap {
   bool LosesPhotos(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
   std::set<ImageId> PhotosOfSimilarPlace(const SceneMap& anew,
                                          const std::vector<int64_t>& theirs) const;
-  void TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others, Submap* anew) const;
+  bool TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others, Submap* anew) const;
   bool MixesPlaces(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
   // Whether another map may win a photo, or enough matches to stay; whether it stayed.
   bool MayWin(const Batch& batch, const MatchAgreement& now) const;

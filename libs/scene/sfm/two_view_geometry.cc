@@ -60,6 +60,10 @@ void DecideOnBaseline(TwoViewGeometry* geometry) {
 
 }  // namespace
 
+double NormalizedError(const Camera& camera1, const Camera& camera2, double error_px) {
+  return (camera1.ImageToWorldThreshold(error_px) + camera2.ImageToWorldThreshold(error_px)) / 2;
+}
+
 bool IsByEssential(int config) {
   return config == TwoViewGeometry::CALIBRATED || config == TwoViewGeometry::UNCALIBRATED;
 }

@@ -44,6 +44,9 @@ struct ImagePair {
   const std::vector<Eigen::Vector2d>& points2;
 };
 
+// An error in pixels of two images on the plane at depth 1: the mean of the two cameras.
+double NormalizedError(const Camera& camera1, const Camera& camera2, double error_px);
+
 // Pose, angle and, where it is open, the choice between PLANAR and PANORAMIC: from E, or from H
 // where that explains the pair, with the inlier matches. False if `config` names neither.
 bool EstimateRelativePose(const ImagePair& pair, TwoViewGeometry* geometry);
