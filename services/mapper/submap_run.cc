@@ -20,6 +20,7 @@ namespace {
 
 constexpr double kStatisticsPeriodS = 1.0;
 constexpr double kMaintenancePeriodS = 0.1;
+constexpr double kProgressDelayS = 0.05;
 
 // Being asked whether to stop is a sign that the job goes on.
 SubmapOptions OptionsOfRun(SubmapOptions options, std::shared_ptr<const std::atomic<bool>> stopped,
@@ -185,7 +186,17 @@ bool SubmapRun::GoOn() {
   }
   cursor_.SkipTo(ledger_.follower.processed_seq());
   if (std::exchange(status_due_, false)) PublishStatus();
+  if (ledger_.session.finishing()) TellProgressSoon();
   return false;
+}
+
+// The merger goes on when each submap has worked up to the newest fact, whoever that is of.
+void SubmapRun::TellProgressSoon() {
+  if (told_seq() <= status_seq_ || std::exchange(progress_is_due_, true)) return;
+  node_.loop().AddOneShot(kProgressDelayS, alive_.Guarded([this] {
+    progress_is_due_ = false;
+    if (state_.Is(Life::kRunning) && told_seq() > status_seq_) PublishStatus();
+  }));
 }
 
 void SubmapRun::Begin() {
@@ -538,7 +549,7 @@ void SubmapRun::PublishStatus() {
   const merge_t* merge = merges_.ordered();
   if (merge != nullptr && merge->source_id == submap_id()) status.state = submap_status_t::FROZEN;
   status.detail = Detail();
-  status.ledger_seq = told_seq();
+  status.ledger_seq = status_seq_ = told_seq();
   status.memory_bytes = ResidentMemoryBytes();
   node_.Publish(kSubmapStatusChannel, status);
 }

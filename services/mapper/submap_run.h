@@ -148,6 +148,7 @@ class SubmapRun {
   bool IsFree() const { return state_.Is(Life::kRunning) && state_.IsIdle(); }
   bool DoNext();
   bool GoOn();
+  void TellProgressSoon();
   bool IsTurnOfMerge(std::optional<int64_t> merge_id) const;
   bool WriteDueModel();
   void Begin();
@@ -203,6 +204,8 @@ class SubmapRun {
   bool maintaining_ = false;  // see Submap::Maintain
   bool maintenance_is_due_ = false;
   bool status_due_ = false;  // an item was done since the last status
+  bool progress_is_due_ = false;
+  int64_t status_seq_ = 0;  // of the last status
   double last_event_s_ = 0;
   SubmapStatistics statistics_;  // of the last job that computed them
   double statistics_due_s_ = 0;
