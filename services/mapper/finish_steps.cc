@@ -28,11 +28,6 @@ std::string About(double seconds) {
 
 }  // namespace
 
-bool FinishSteps::IsDrained() const {
-  const FinishState& finish = session_.finish();
-  return finish.state == finish_t::DRAINED && run_.worked_seq() >= finish.drained_seq;
-}
-
 bool FinishSteps::IsFinal() const {
   const FinishState& finish = session_.finish();
   return finish.state == finish_t::SETTLED && run_.worked_seq() >= finish.settled_seq;
@@ -43,17 +38,6 @@ bool FinishSteps::IsOver(const Item& item) const {
   return !session_.finishing() || FinishId() != item.id;
 }
 
-void FinishSteps::OnMergeFact(const merge_t& merge) {
-  const bool is_ours = merge.source_id == run_.submap_id() || merge.target_id == run_.submap_id();
-  is_due_ |= is_ours && merge.state == merge_t::FAILED && IsDrained();
-}
-
-bool FinishSteps::ConsolidateIfDue() {
-  if (!std::exchange(is_due_, false)) return false;
-  Consolidate();
-  return true;
-}
-
 void FinishSteps::Consolidate() {
   const std::string step = ConsolidationStep(FinishId());
   if (run_.IsLeftOut(step)) return run_.Pump();
@@ -61,6 +45,7 @@ void FinishSteps::Consolidate() {
   run_.RunJob(
       step,
       [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
+        submap.SetPlaceWasMapped(by_place);
         if (by_place) submap.NoteMappedAnew();
         submap.Consolidate(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
       },
@@ -111,7 +96,8 @@ void FinishSteps::Finish(const Item& item) {
   Tell("final adjustment" + About(finish_s_));
   run_.RunJob(
       step,
-      [](Submap& submap, SubmapRun::Outcome* outcome) {
+      [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
+        submap.SetPlaceWasMapped(by_place);
         submap.Finish(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
       },
       [&run = run_](const SubmapRun::Outcome& outcome) {

@@ -8,16 +8,15 @@
 #include "mapper/item_log.h"
 #include "mapper/model_assessment.h"
 #include "session/session_state.h"
-#include "skein/merge_t.hpp"
 
 namespace skein {
 
 class SubmapRun;
 
-// The steps of a finish on a run's submap. At DRAINED, and after each merge, the map is
-// consolidated. At BATCH the largest map of a place that has several takes all photos of the place
-// and is mapped again. At SETTLED the map is finished, and the run asked for the final model. A
-// step that failed three times is left out. Loop's thread only; a part of the run.
+// The steps of a finish on a run's submap. At DRAINED the map is consolidated. At BATCH the largest
+// map of a place that has several takes all photos of the place and is mapped again. At SETTLED,
+// after the last merge, the map is consolidated and finished, and the run asked for the final
+// model. A step that failed three times is left out. Loop's thread only; a part of the run.
 class FinishSteps {
  public:
   // target_gsd_mm: of the final model's completeness, see AssessModel.
@@ -25,17 +24,9 @@ class FinishSteps {
       : session_(session), target_gsd_mm_(target_gsd_mm), run_(run) {}
 
   bool IsCut() const { return session_.finish().is_cut(); }
-  // All photos' matches are in the map, and the finish is not settled.
-  bool IsDrained() const;
   // The final model stands: what is offered now waits until the finish is over.
   bool IsFinal() const;
 
-  // After a comparison that failed photos may have come from the other submap: the map is to be
-  // consolidated.
-  void OnMergeFact(const merge_t& merge);
-  // Consolidates if a comparison has failed since; false if none has.
-  bool ConsolidateIfDue();
-  void Consolidate();
   // An item of the ledger that tells of a finish.
   void Do(const Item& item);
 
@@ -52,6 +43,7 @@ class FinishSteps {
   int64_t FinishId() const { return session_.finish().finish_id; }
   bool IsOver(const Item& item) const;
   bool IsMappedWithItsPlace() const;
+  void Consolidate();
   void MapAsBatch(const Item& item);
   void Finish(const Item& item);
   PhotoFacts FactsOfPhotos() const;
@@ -60,7 +52,6 @@ class FinishSteps {
   const SessionState& session_;
   const double target_gsd_mm_;
   SubmapRun& run_;
-  bool is_due_ = false;  // see ConsolidateIfDue
   std::string doing_;
   double consolidate_s_ = 0, finish_s_ = 0;  // as of the last job
 };

@@ -134,7 +134,6 @@ void SubmapRun::OnFact(const Fact& fact) {
   if (merge != nullptr && merge->state != merge_t::ORDERED) merges_.OnMergeFact(*merge);
   if (std::holds_alternative<submap_end_t>(fact)) merges_.OnSubmapEnd();
   if (finish_.IsCut()) merges_.GiveUp();
-  if (merge != nullptr) finish_.OnMergeFact(*merge);
   Pump();
 }
 
@@ -178,7 +177,7 @@ bool SubmapRun::WriteDueModel() {
 bool SubmapRun::GoOn() {
   cursor_.Close();
   Report(reports_.FindLost(cursor_));
-  if (finish_.ConsolidateIfDue() || WriteDueModel()) return true;
+  if (WriteDueModel()) return true;
   if (const std::optional<Item> item = cursor_.Next()) {
     status_due_ = true;
     DoItem(*item);
@@ -395,7 +394,6 @@ void SubmapRun::OnMergeOver() {
   if (!state_.Is(Life::kRunning)) return;
   state_.Become(Activity::kNone);
   more_ = true;
-  if (finish_.IsDrained()) return finish_.Consolidate();
   Pump();
 }
 

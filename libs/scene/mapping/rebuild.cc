@@ -73,8 +73,18 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
   return anew;
 }
 
-bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {
-  return static_cast<double>(agreement.to_win) >=
+std::unique_ptr<Submap> GrowToAll(const Submap& submap, ImageId first) {
+  std::unique_ptr<Submap> grown = CopyWithoutModel(submap, true);
+  SubmapState state;
+  state.first = first;
+  if (!grown->Restore(submap.map().reconstruction(), state).ok()) return nullptr;
+  EnqueuePhotos(submap, true, PhotosLeftOut(submap, true), grown.get());
+  grown->RefineUntilStable(Ignore);
+  return grown;
+}
+
+bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement, int64_t to_win) {
+  return static_cast<double>(to_win) >=
          options.min_rebuild_gain * static_cast<double>(agreement.agreeing);
 }
 
@@ -107,10 +117,13 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
     }
   }
   if (!torn.empty() && !AreOfSimilarStructures(map, torn)) {
+    agreement.to_win_of_registered = to_win_of_torn;
     agreement.to_win += to_win_of_torn;
   }
   if (!agreement.IsExplained()) {
-    agreement.to_win = std::max(agreement.to_win, agreement.strong - agreement.strong_agreeing);
+    const int64_t unexplained = agreement.strong - agreement.strong_agreeing;
+    agreement.to_win_of_registered = std::max(agreement.to_win_of_registered, unexplained);
+    agreement.to_win = std::max(agreement.to_win, unexplained);
   }
   return agreement;
 }

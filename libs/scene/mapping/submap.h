@@ -110,6 +110,7 @@ class Submap {
     bool is_growing = false;
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
+  // Before that a map of a place grows by the photos that it lacks, one by one.
   // The new map stays if more verified matches agree with it, or about as many while it has more
   // photos. Photos of another submap that show a visually similar place stay there. No photo may be
   // lost that no other map has. Else its photos may be absorbed, if nearly as many matches
@@ -145,6 +146,9 @@ class Submap {
 
   // Notes that the map was just mapped again: another map may replace it only with more pairs.
   void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
+  // Notes whether all photos of the place are mapped as a batch in this finish, here or in another
+  // submap: if so, this map is mapped again only if it contradicts its matches.
+  void SetPlaceWasMapped(bool was_mapped) { place_was_mapped_ = was_mapped; }
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
   // images must be in the submap. On failure nothing has changed.
@@ -206,6 +210,7 @@ class Submap {
   void TakeSmallerError(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   bool IsVerdictKnown(const Batch& batch) const;
+  bool GrowOverPlace(const Batch& batch, const EventSink& sink);
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                      const EventSink& sink);
   bool HasOthers(const SceneMap& anew) const;
@@ -232,6 +237,7 @@ class Submap {
   ImageId first_ = 0;          // of the initial pair
   bool is_maintained_ = true;  // see LeaveOutMaintenance
   bool has_larger_neighbour_ = false;
+  bool place_was_mapped_ = false;
   bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:

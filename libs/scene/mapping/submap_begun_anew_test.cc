@@ -107,7 +107,7 @@ TEST(MatchAgreement, OfAMapThatLostMostOfItsPointsIsWorthAnotherMap) {
     return CountMatches(run.map.options(), run.map.map(), run.map.waiting());
   };
   EXPECT_TRUE(count().IsExplained());
-  EXPECT_FALSE(MayWinMatches(run.map.options(), count()));
+  EXPECT_FALSE(MayWinMatches(run.map.options(), count(), count().to_win));
   Reconstruction model = run.map.map().reconstruction();
   std::vector<Point3DId> points(model.Point3DIds().begin(), model.Point3DIds().end());
   std::sort(points.begin(), points.end());
@@ -115,7 +115,7 @@ TEST(MatchAgreement, OfAMapThatLostMostOfItsPointsIsWorthAnotherMap) {
   ASSERT_TRUE(run.map.ReplaceModel(model).ok());
   const MatchAgreement shrunk = count();
   EXPECT_FALSE(shrunk.IsExplained());
-  EXPECT_TRUE(MayWinMatches(run.map.options(), shrunk));
+  EXPECT_TRUE(MayWinMatches(run.map.options(), shrunk, shrunk.to_win_of_registered));
   EXPECT_EQ(shrunk.to_win, shrunk.strong - shrunk.strong_agreeing);
 }
 

@@ -1,0 +1,209 @@
+#include <algorithm>
+#include <set>
+
+#include "core/log.h"
+#include "disambiguation/similar_structures.h"
+#include "mapping/rebuild.h"
+#include "mapping/submap.h"
+
+// The part of Submap that maps all photos of a place at once.
+namespace skein {
+namespace {
+
+// A map of the same photos is absorbed if this part of the matches agrees with it: mamechun-room's
+// had 0.99 and six photos more, one of photos and their mirror images had 0.51.
+constexpr double kMinAgreeing = 0.9;
+
+std::set<int64_t> PhotosOf(const std::vector<std::vector<int64_t>>& submaps) {
+  std::set<int64_t> photos;
+  for (const std::vector<int64_t>& ids : submaps) photos.insert(ids.begin(), ids.end());
+  return photos;
+}
+
+}  // namespace
+
+bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
+  if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
+  if (!batch.is_of_place && (settled_.consistent || IsVerdictKnown(batch))) return false;
+  const bool has_grown = batch.is_of_place && GrowOverPlace(batch, sink);
+  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  if (options_.IsStopped()) return has_grown;
+  settled_.consistent = !MayWin(batch, now);
+  const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
+  if (settled_.consistent && (is_whole || !batch.is_of_place)) return has_grown;
+  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place, batch.is_growing);
+  if (options_.IsStopped()) return has_grown;  // it may not be complete
+  num_pairs_rebuilt_ = map_->pairs().size();
+  return (anew != nullptr && TakeFromBatch(batch, anew.get(), now, sink)) || has_grown;
+}
+
+// All photos at once may give less than one by one does: rotations of photos from many cameras and
+// far directions have several minima. True if the map is another one now.
+bool Submap::GrowOverPlace(const Batch& batch, const EventSink& sink) {
+  const std::unique_ptr<Submap> grown = GrowToAll(*this, first_);
+  if (grown == nullptr || options_.IsStopped()) return false;
+  return TakeFromBatch(batch, grown.get(), CountMatches(options_, *map_, waiting_), sink);
+}
+
+// While photos come the last verdict holds until there are half as many pairs more; later, as long
+// as the pairs are the same.
+bool Submap::IsVerdictKnown(const Batch& batch) const {
+  const size_t num_pairs = map_->pairs().size();
+  return batch.is_growing ? 2 * num_pairs < 3 * num_pairs_rebuilt_
+                          : num_pairs == num_pairs_rebuilt_;
+}
+
+// True if the map is another one now.
+bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
+                           const EventSink& sink) {
+  const bool has_taken_out = TakeOutSimilarPlaces(batch.others, anew);
+  if (options_.IsStopped()) return false;  // it may not be settled
+  const bool loses = batch.is_of_place && LosesPhotos(anew->map(), batch.others);
+  const bool mixes = has_taken_out && !loses && MixesPlaces(anew->map(), batch.others);
+  const size_t num_before = map_->reconstruction().NumRegImages();
+  if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
+  const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
+  const bool is_sound = batch.is_of_place || static_cast<double>(agreeing) >=
+                                                 kMinAgreeing * static_cast<double>(now.agreeing);
+  const bool absorbed =
+      !mixes && is_sound && batch.absorb && HasOthers(anew->map()) && batch.absorb(*anew);
+  LogInfo("batch: {} of {} photos, {} before, {} matches agree, {} before; {}",
+          anew->map().reconstruction().NumRegImages(), map_->photos().size(), num_before, agreeing,
+          now.agreeing,
+          absorbed ? "absorbed"
+          : loses  ? "others would be lost"
+          : mixes  ? "visually similar places would be one"
+                   : "no better");
+  if (!absorbed) return false;
+  settled_ = {};
+  RefineUntilStable(sink);
+  return true;
+}
+
+// Whether it has photos that this map lacks.
+bool Submap::HasOthers(const SceneMap& anew) const {
+  const std::vector<ImageId>& ids = anew.reconstruction().RegImageIds();
+  return std::any_of(ids.begin(), ids.end(), [&](ImageId id) { return !map_->IsRegistered(id); });
+}
+
+// Photos that this map has and neither the new one nor another submap, against those that only the
+// new one has.
+bool Submap::LosesPhotos(const SceneMap& anew,
+                         const std::vector<std::vector<int64_t>>& others) const {
+  const std::set<int64_t> elsewhere = PhotosOf(others);
+  int64_t num_lost = 0;
+  for (const ImageId id : map_->photos()) {
+    if (elsewhere.count(id) > 0) continue;
+    num_lost += map_->IsRegistered(id) - anew.IsRegistered(id);
+  }
+  return num_lost > 0;
+}
+
+// As a merge's target judges a merged model: by what photos of two submaps show of each other's.
+// The photos of the new map that belong to theirs, if the two show two places; else none.
+std::set<ImageId> Submap::PhotosOfSimilarPlace(const SceneMap& anew,
+                                               const std::vector<int64_t>& theirs) const {
+  const std::vector<ImageId>& registered = map_->reconstruction().RegImageIds();
+  DividedPhotos photos = DividePhotos(anew, {registered.begin(), registered.end()},
+                                      {theirs.begin(), theirs.end()}, anew.reconstruction());
+  const PlacesOfTwoSets places =
+      ComparePlaces(anew, anew.reconstruction(), photos.of_first, photos.of_second);
+  if (!places.differ) return {};
+  LogInfo("batch: {} and {} photos show two places: {}", photos.of_first.size(),
+          photos.of_second.size(), places.reason);
+  return std::move(photos.of_second);
+}
+
+// They stay with the submap that holds them. So must photos that no submap holds, if they came with
+// them. True if there were any.
+bool Submap::TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others,
+                                  Submap* anew) const {
+  std::set<ImageId> out;
+  for (const std::vector<int64_t>& theirs : others)
+    out.merge(PhotosOfSimilarPlace(*anew->map_, theirs));
+  if (out.empty()) return false;
+  const std::set<int64_t> held = PhotosOf(others);
+  std::vector<int64_t> free;
+  for (const ImageId id : anew->map_->reconstruction().RegImageIds()) {
+    if (!map_->IsRegistered(id) && held.count(id) == 0) free.push_back(id);
+  }
+  out.merge(PhotosOfSimilarPlace(*anew->map_, free));
+  const EventSink ignore = [](const PhotoEvent&) {};
+  for (const ImageId id : out) {
+    anew->Withdraw(id, {Refusal::Cause::kSimilarPlace, "of a visually similar place"}, ignore);
+    anew->SetHeldElsewhere(id, true);
+  }
+  anew->RefineUntilStable(ignore);
+  return true;
+}
+
+bool Submap::MixesPlaces(const SceneMap& anew,
+                         const std::vector<std::vector<int64_t>>& others) const {
+  return std::any_of(others.begin(), others.end(), [&](const std::vector<int64_t>& theirs) {
+    return !PhotosOfSimilarPlace(anew, theirs).empty();
+  });
+}
+
+// While photos come, a single one that is left out is no reason. None is once the whole place was
+// mapped as a batch.
+bool Submap::MayWin(const Batch& batch, const MatchAgreement& now) const {
+  if (place_was_mapped_ && !batch.is_of_place && !batch.is_growing) {
+    return MayWinMatches(options_, now, now.to_win_of_registered);
+  }
+  return (!batch.is_growing && now.num_left_out > 0) || MayWinMatches(options_, now, now.to_win);
+}
+
+// Two maps agree with about as many matches if these differ by min_rebuild_gain. Then more photos
+// are better.
+bool Submap::TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink) {
+  const size_t num_before = map_->reconstruction().NumRegImages();
+  const size_t num_photos = anew->map().reconstruction().NumRegImages();
+  const double gain =
+      num_photos > num_before ? -options_.min_rebuild_gain : options_.min_rebuild_gain;
+  const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
+  if (static_cast<double>(agreeing) < (1 + gain) * static_cast<double>(now.agreeing)) return false;
+  LogInfo("mapped anew: {} photos, {} before, {} matches agree, {} before", num_photos, num_before,
+          agreeing, now.agreeing);
+  ReplaceByRebuilt(anew, sink);
+  return true;
+}
+
+void Submap::ReplaceByRebuilt(Submap* anew, const EventSink& sink) {
+  anew->map().AlignTo(map_->reconstruction());
+  maintenance_.Drop();
+  std::vector<ImageId> before = map_->reconstruction().RegImageIds();
+  std::sort(before.begin(), before.end());
+  map_->ReplaceRegistered(anew->map().reconstruction());
+  waiting_.ReplaceRecords(anew->waiting().records());
+  adjuster_.MarkCamerasRefined();
+  adjuster_.NoteSize();
+  settled_ = anew->settled_;
+  TellNewAndGone(before, {Refusal::Cause::kContradicted, "contradicted by the map made anew"},
+                 sink);
+}
+
+// A photo that stood at a false pose bends the map that grows on it, cameras included, and a map
+// that is bent so is a minimum of its own: it stays when the photo has gone to its place. A map of
+// all photos at once has no such history. Both are finished, so that their errors can be compared.
+void Submap::TakeSmallerError(const EventSink& sink) {
+  const std::unique_ptr<Submap> anew = MapAnew(*this, first_, false, false);
+  if (anew == nullptr) return;
+  anew->AdjustWithPointsAnew([](const PhotoEvent&) {});
+  if (options_.IsStopped()) return;
+  grew_on_false_pose_ = false;
+  const SubmapStatistics here = Statistics(), there = anew->Statistics();
+  const auto agreeing = [&](const Submap& submap) {
+    return static_cast<double>(CountMatches(options_, *submap.map_, submap.waiting_).agreeing);
+  };
+  const bool is_smaller = there.num_images >= here.num_images &&
+                          there.mean_reprojection_error_px < here.mean_reprojection_error_px &&
+                          agreeing(*anew) >= (1 - options_.min_rebuild_gain) * agreeing(*this);
+  LogInfo("a photo stood at a false pose; mapped anew: {} photos, {:.3f} px for {} and {:.3f}; {}",
+          there.num_images, there.mean_reprojection_error_px, here.num_images,
+          here.mean_reprojection_error_px, is_smaller ? "taken" : "left");
+  if (!is_smaller) return;
+  ReplaceByRebuilt(anew.get(), sink);
+  adjuster_.Check(false);
+}
+
+}  // namespace skein
