@@ -210,7 +210,7 @@ class Submap {
   void TakeSmallerError(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   bool IsVerdictKnown(const Batch& batch) const;
-  bool GrowOverPlace(const Batch& batch, const EventSink& sink);
+  bool GrowOverPlace(const Batch& batch, const MatchAgreement& now, const EventSink& sink);
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                      const EventSink& sink);
   bool HasOthers(const SceneMap& anew) const;
@@ -219,9 +219,11 @@ class Submap {
                                          const std::vector<int64_t>& theirs) const;
   bool TakeOutSimilarPlaces(const std::vector<std::vector<int64_t>>& others, Submap* anew) const;
   bool MixesPlaces(const SceneMap& anew, const std::vector<std::vector<int64_t>>& others) const;
-  // Whether another map may win a photo, or enough matches to stay; whether it stayed.
+  // Whether another map may win a photo, or enough matches to stay; whether it stayed, as
+  // `agreeing` matches agree with it.
   bool MayWin(const Batch& batch, const MatchAgreement& now) const;
-  bool TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink);
+  bool TakeIfBetter(Submap* anew, int64_t agreeing, const MatchAgreement& now,
+                    const EventSink& sink);
   // Takes the place of this map, in its frame.
   void ReplaceByRebuilt(Submap* anew, const EventSink& sink);
 

@@ -25,8 +25,10 @@ std::set<int64_t> PhotosOf(const std::vector<std::vector<int64_t>>& submaps) {
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
   if (!batch.is_of_place && (settled_.consistent || IsVerdictKnown(batch))) return false;
-  const bool has_grown = batch.is_of_place && GrowOverPlace(batch, sink);
-  const MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  MatchAgreement now = CountMatches(options_, *map_, waiting_);
+  if (options_.IsStopped()) return false;
+  const bool has_grown = batch.is_of_place && GrowOverPlace(batch, now, sink);
+  if (has_grown) now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return has_grown;
   settled_.consistent = !MayWin(batch, now);
   const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
@@ -39,10 +41,10 @@ bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
 
 // All photos at once may give less than one by one does: rotations of photos from many cameras and
 // far directions have several minima. True if the map is another one now.
-bool Submap::GrowOverPlace(const Batch& batch, const EventSink& sink) {
+bool Submap::GrowOverPlace(const Batch& batch, const MatchAgreement& now, const EventSink& sink) {
   const std::unique_ptr<Submap> grown = GrowToAll(*this, first_);
   if (grown == nullptr || options_.IsStopped()) return false;
-  return TakeFromBatch(batch, grown.get(), CountMatches(options_, *map_, waiting_), sink);
+  return TakeFromBatch(batch, grown.get(), now, sink);
 }
 
 // While photos come the last verdict holds until there are half as many pairs more; later, as long
@@ -61,8 +63,8 @@ bool Submap::TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreemen
   const bool loses = batch.is_of_place && LosesPhotos(anew->map(), batch.others);
   const bool mixes = has_taken_out && !loses && MixesPlaces(anew->map(), batch.others);
   const size_t num_before = map_->reconstruction().NumRegImages();
-  if (!loses && !mixes && TakeIfBetter(anew, now, sink)) return true;
   const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
+  if (!loses && !mixes && TakeIfBetter(anew, agreeing, now, sink)) return true;
   const bool is_sound = batch.is_of_place || static_cast<double>(agreeing) >=
                                                  kMinAgreeing * static_cast<double>(now.agreeing);
   const bool absorbed =
@@ -155,12 +157,12 @@ bool Submap::MayWin(const Batch& batch, const MatchAgreement& now) const {
 
 // Two maps agree with about as many matches if these differ by min_rebuild_gain. Then more photos
 // are better.
-bool Submap::TakeIfBetter(Submap* anew, const MatchAgreement& now, const EventSink& sink) {
+bool Submap::TakeIfBetter(Submap* anew, int64_t agreeing, const MatchAgreement& now,
+                          const EventSink& sink) {
   const size_t num_before = map_->reconstruction().NumRegImages();
   const size_t num_photos = anew->map().reconstruction().NumRegImages();
   const double gain =
       num_photos > num_before ? -options_.min_rebuild_gain : options_.min_rebuild_gain;
-  const int64_t agreeing = CountMatches(options_, anew->map(), anew->waiting_).agreeing;
   if (static_cast<double>(agreeing) < (1 + gain) * static_cast<double>(now.agreeing)) return false;
   LogInfo("mapped anew: {} photos, {} before, {} matches agree, {} before", num_photos, num_before,
           agreeing, now.agreeing);
