@@ -45,8 +45,7 @@ void FinishSteps::Consolidate() {
   run_.RunJob(
       step,
       [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
-        submap.SetPlaceWasMapped(by_place);
-        if (by_place) submap.NoteMappedAnew();
+        submap.SetMappedWithItsPlace(by_place);
         submap.Consolidate(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
       },
       [&run = run_](const SubmapRun::Outcome& outcome) { run.Apply(outcome); });
@@ -97,7 +96,7 @@ void FinishSteps::Finish(const Item& item) {
   run_.RunJob(
       step,
       [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
-        submap.SetPlaceWasMapped(by_place);
+        submap.SetMappedWithItsPlace(by_place);
         submap.Finish(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
       },
       [&run = run_](const SubmapRun::Outcome& outcome) {

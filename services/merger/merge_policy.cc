@@ -56,9 +56,10 @@ std::vector<int64_t> BestOf(const SubmapDirectory& directory, const SubmapDirect
   return directory.WithNeighbours(pair, std::move(images), kMaxLinkedImages);
 }
 
-// Two photos that a larger map holds: such a submap ends with the finish, and has nothing to add.
-bool IsNeedlessPair(const SessionState& session, int64_t submap_id) {
-  return session.FindSubmap(submap_id)->num_registered <= 2 && HolderOfAll(session, submap_id) != 0;
+// A larger map holds all its photos. It ends with the finish, and has nothing to add but the poses
+// in which it differs: two photos of 48 stood at such ones.
+bool IsNeedless(const SessionState& session, int64_t submap_id) {
+  return HolderOfAll(session, submap_id) != 0;
 }
 
 }  // namespace
@@ -99,10 +100,8 @@ std::optional<MergeAttempt> MergePolicy::Next(const SubmapDirectory& directory,
       continue;
     }
     if (best && overlap.size() <= best->num_images) continue;
-    if (finishing &&
-        (IsNeedlessPair(session, pair.first) || IsNeedlessPair(session, pair.second))) {
+    if (finishing && (IsNeedless(session, pair.first) || IsNeedless(session, pair.second)))
       continue;
-    }
     const bool a_is_smaller = session.FindSubmap(pair.first)->num_registered <
                               session.FindSubmap(pair.second)->num_registered;
     const Direction first = a_is_smaller ? pair : Direction{pair.second, pair.first};

@@ -60,11 +60,12 @@ TEST(MergePolicy, TheOtherWayRoundAfterAFailureThenNotWithoutNewEvidence) {
 
 // Photos of a lens that the camera model does not hold begin many such submaps: 44 photos took more
 // than 200 s of merges that could add nothing.
-TEST(MergePolicy, InAFinishTwoPhotosThatALargerMapHoldsAreNotMerged) {
+TEST(MergePolicy, InAFinishAMapWhosePhotosALargerOneHoldsIsNotMerged) {
   TwoSubmaps ledger(3);
   ledger.Seed(3, 1, 2);
   ledger.Register(3, 1);
   ledger.Register(3, 2);
+  ledger.Register(3, 3);
   ledger.OrderAndUndo(2, 1);
   ledger.OrderAndUndo(1, 2);
   EXPECT_FALSE(ledger.Next(true));

@@ -243,9 +243,9 @@ void MergerService::WantMapper(bool wanted) {
 }
 
 void MergerService::TryMerge() {
-  // What a submap still works on may yet change what it shares.
-  const bool finishing = IsFinishing() && EverySubmapWorkedUpTo(settle_seq_);
-  std::optional<MergeAttempt> attempt = merges_.Next(directory_, finishing);
+  // What a submap still works on may yet change what it shares, and whom it holds.
+  if (IsFinishing() && !EverySubmapWorkedUpTo(settle_seq_)) return;
+  std::optional<MergeAttempt> attempt = merges_.Next(directory_, IsFinishing());
   if (!attempt) return;
   estimate_ = std::make_unique<Estimate>();
   estimate_->attempt = std::move(*attempt);

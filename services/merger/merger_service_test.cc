@@ -107,12 +107,15 @@ class MergerServiceTest : public testing::Test {
       mapper_.Publish(kSubmapStatusChannel, status);
     }
   }
-  void Drain() {
+  void CommitDrained() {
     finish_t drained{};
     drained.header.fact_id = "finish/drained";
     drained.finish_id = 1;
     drained.state = finish_t::DRAINED;
     ingest_.Commit(drained);
+  }
+  void Drain() {
+    CommitDrained();
     loop_.AddTimer(0.1, [this] { TellStatus(); });
   }
   bool HasSettled() const {
@@ -175,6 +178,15 @@ TEST_F(MergerServiceTest, AMergeThatWasUndoneIsTriedTheOtherWayRoundAndAgainOnly
   Restart();
   Await([&] { return HasSettled(); }, "nothing left to merge");
   EXPECT_EQ(Orders().size(), 4u);
+}
+
+// A merge that was chosen before knew nothing of what a map would win or lose.
+TEST_F(MergerServiceTest, InAFinishNothingIsMergedBeforeTheMapsAreWorkedOver) {
+  AddBothSubmaps();
+  CommitDrained();
+  EXPECT_FALSE(loop_.RunUntil([&] { return !Orders().empty(); }, 1));
+  TellStatus();
+  Await([&] { return Orders().size() == 1; }, "an order");
 }
 
 TEST_F(MergerServiceTest, HalfAsManyPhotosMoreAreNewEvidence) {

@@ -83,8 +83,8 @@ std::unique_ptr<Submap> GrowToAll(const Submap& submap, ImageId first) {
   return grown;
 }
 
-bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement, int64_t to_win) {
-  return static_cast<double>(to_win) >=
+bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement) {
+  return static_cast<double>(agreement.to_win) >=
          options.min_rebuild_gain * static_cast<double>(agreement.agreeing);
 }
 
@@ -116,14 +116,9 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
       ++agreement.num_left_out;
     }
   }
-  if (!torn.empty() && !AreOfSimilarStructures(map, torn)) {
-    agreement.to_win_of_registered = to_win_of_torn;
-    agreement.to_win += to_win_of_torn;
-  }
+  if (!torn.empty() && !AreOfSimilarStructures(map, torn)) agreement.to_win += to_win_of_torn;
   if (!agreement.IsExplained()) {
-    const int64_t unexplained = agreement.strong - agreement.strong_agreeing;
-    agreement.to_win_of_registered = std::max(agreement.to_win_of_registered, unexplained);
-    agreement.to_win = std::max(agreement.to_win, unexplained);
+    agreement.to_win = std::max(agreement.to_win, agreement.strong - agreement.strong_agreeing);
   }
   return agreement;
 }

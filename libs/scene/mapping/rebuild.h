@@ -33,8 +33,7 @@ struct MatchAgreement {
   // Photos that a visually similar place or another submap holds are left out rightly. If the map
   // does not explain its matches: all that don't agree.
   int64_t to_win = 0;
-  int64_t to_win_of_registered = 0;  // without those of photos that are left out
-  int num_left_out = 0;              // strong pairs of which one photo is left out
+  int num_left_out = 0;  // strong pairs of which one photo is left out
 
   // Wrong intrinsics and short baselines let a map shrink to the few points that fit: the other
   // matches have no point, so they contradict nothing. Right maps explain half of their matches or
@@ -42,8 +41,8 @@ struct MatchAgreement {
   bool IsExplained() const { return 2 * strong_agreeing >= strong; }
 };
 
-// Whether another map that wins `to_win` of them may replace this one.
-bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement, int64_t to_win);
+// Whether another map may win enough of them to replace this one.
+bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement);
 
 // Visits all matches; means nothing where the options say stop.
 MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,

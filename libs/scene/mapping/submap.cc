@@ -421,7 +421,8 @@ void Submap::Finish(const EventSink& sink, const Absorb& absorb) {
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
   if (MapAsBatch({false, {}, absorb}, sink)) AdjustWithPointsAnew(sink);
-  if (grew_on_false_pose_ && !IsVerdictKnown({}) && !options_.IsStopped()) TakeSmallerError(sink);
+  const bool may_have_smaller = grew_on_false_pose_ && !is_mapped_with_place_;
+  if (may_have_smaller && !IsVerdictKnown({}) && !options_.IsStopped()) TakeSmallerError(sink);
 }
 
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {

@@ -146,9 +146,9 @@ class Submap {
 
   // Notes that the map was just mapped again: another map may replace it only with more pairs.
   void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
-  // Notes whether all photos of the place are mapped as a batch in this finish, here or in another
-  // submap: if so, this map is mapped again only if it contradicts its matches.
-  void SetPlaceWasMapped(bool was_mapped) { place_was_mapped_ = was_mapped; }
+  // Whether all photos of the place are mapped as a batch in this finish, here or in another
+  // submap: if so, this map's own photos are not mapped again by themselves.
+  void SetMappedWithItsPlace(bool is_mapped) { is_mapped_with_place_ = is_mapped; }
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
   // images must be in the submap. On failure nothing has changed.
@@ -239,7 +239,7 @@ class Submap {
   ImageId first_ = 0;          // of the initial pair
   bool is_maintained_ = true;  // see LeaveOutMaintenance
   bool has_larger_neighbour_ = false;
-  bool place_was_mapped_ = false;
+  bool is_mapped_with_place_ = false;
   bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:

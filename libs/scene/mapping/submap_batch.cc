@@ -25,6 +25,7 @@ std::set<int64_t> PhotosOf(const std::vector<std::vector<int64_t>>& submaps) {
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
   if (!batch.is_of_place && (settled_.consistent || IsVerdictKnown(batch))) return false;
+  if (is_mapped_with_place_ && !batch.is_of_place && !batch.is_growing) return false;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
   const bool has_grown = batch.is_of_place && GrowOverPlace(batch, now, sink);
@@ -146,13 +147,9 @@ bool Submap::MixesPlaces(const SceneMap& anew,
   });
 }
 
-// While photos come, a single one that is left out is no reason. None is once the whole place was
-// mapped as a batch.
+// While photos come, a single one that is left out is no reason.
 bool Submap::MayWin(const Batch& batch, const MatchAgreement& now) const {
-  if (place_was_mapped_ && !batch.is_of_place && !batch.is_growing) {
-    return MayWinMatches(options_, now, now.to_win_of_registered);
-  }
-  return (!batch.is_growing && now.num_left_out > 0) || MayWinMatches(options_, now, now.to_win);
+  return (!batch.is_growing && now.num_left_out > 0) || MayWinMatches(options_, now);
 }
 
 // Two maps agree with about as many matches if these differ by min_rebuild_gain. Then more photos

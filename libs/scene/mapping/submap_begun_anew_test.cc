@@ -78,6 +78,17 @@ TEST(Submap, ThatBeganBadlyStaysAsItIsWhenItIsLarge) {
   EXPECT_EQ(run.NumRegistered(), 2);
 }
 
+TEST(Submap, ThatIsMappedWithItsPlaceIsNotMappedAgainByItself) {
+  SubmapRig run(SyntheticOptions{});
+  run.FeedAll();
+  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
+  run.map.SetMappedWithItsPlace(true);
+  run.map.Finish(run.Sink());
+  EXPECT_EQ(run.NumRegistered(), 2);
+  EXPECT_TRUE(run.map.MapAsBatch({true, {}, nullptr}, run.Sink()));
+  EXPECT_EQ(run.NumRegistered(), static_cast<int>(run.scene.photos.size()));
+}
+
 TEST(Submap, AMapAnewThatIsNotCompleteIsDropped) {
   StoppableRig whole;
   whole->FeedAll();
@@ -107,7 +118,7 @@ TEST(MatchAgreement, OfAMapThatLostMostOfItsPointsIsWorthAnotherMap) {
     return CountMatches(run.map.options(), run.map.map(), run.map.waiting());
   };
   EXPECT_TRUE(count().IsExplained());
-  EXPECT_FALSE(MayWinMatches(run.map.options(), count(), count().to_win));
+  EXPECT_FALSE(MayWinMatches(run.map.options(), count()));
   Reconstruction model = run.map.map().reconstruction();
   std::vector<Point3DId> points(model.Point3DIds().begin(), model.Point3DIds().end());
   std::sort(points.begin(), points.end());
@@ -115,7 +126,7 @@ TEST(MatchAgreement, OfAMapThatLostMostOfItsPointsIsWorthAnotherMap) {
   ASSERT_TRUE(run.map.ReplaceModel(model).ok());
   const MatchAgreement shrunk = count();
   EXPECT_FALSE(shrunk.IsExplained());
-  EXPECT_TRUE(MayWinMatches(run.map.options(), shrunk, shrunk.to_win_of_registered));
+  EXPECT_TRUE(MayWinMatches(run.map.options(), shrunk));
   EXPECT_EQ(shrunk.to_win, shrunk.strong - shrunk.strong_agreeing);
 }
 
