@@ -34,11 +34,12 @@ SubmissionDesk::SubmissionDesk(Node& node, LedgerWriter& writer, BlobStore store
 void SubmissionDesk::OnSubmission(const Fact& fact) {
   const Status taken =
       AttemptStep(&node_.steps(), kSubmissionSlot, {0, kSubmissionStep}, [&] { Take(fact); });
-  if (!taken.ok()) NoteThrown(Header(fact), taken.error());
+  if (!taken.ok()) NoteThrown(fact, taken.error());
 }
 
-void SubmissionDesk::NoteThrown(const fact_header_t& header, const std::string& reason) {
-  if (pulling_.count(header.fact_id) > 0) Drop(header.fact_id, reason);
+void SubmissionDesk::NoteThrown(const Fact& fact, const std::string& reason) {
+  const fact_header_t& header = Header(fact);
+  if (pulling_.count(KeyOf(fact)) > 0) Drop(KeyOf(fact), reason);
   if (thrown_.Note(header.fact_id)) return Refuse(header, submit_reply_t::REFUSED, reason);
   LogWarn("{} of {}: {}; its author repeats it", Printable(header.fact_id),
           Printable(header.author), reason);
@@ -51,7 +52,7 @@ void SubmissionDesk::Take(const Fact& fact) {
     if (seq <= writer_.durable_head()) Reply(header, submit_reply_t::COMMITTED, seq, "");
     return;
   }
-  const auto pulling = pulling_.find(header.fact_id);
+  const auto pulling = pulling_.find(KeyOf(fact));
   if (pulling != pulling_.end()) {
     pulling->second.repeated_s = listened_();
     return Reply(header, submit_reply_t::PULLING, 0, "");
@@ -81,9 +82,9 @@ void SubmissionDesk::Refuse(const fact_header_t& header, int8_t status, const st
 
 bool SubmissionDesk::HasRoomFor(const std::string& author, int64_t max_bytes) const {
   int64_t all = max_bytes, of_author = max_bytes;
-  for (const auto& [fact_id, pulling] : pulling_) {
+  for (const auto& [key, pulling] : pulling_) {
     all += pulling.max_bytes;
-    if (Header(pulling.fact).author == author) of_author += pulling.max_bytes;
+    if (key.second == author) of_author += pulling.max_bytes;
   }
   return pulling_.size() < kMaxPulled && all <= kMaxPulledBytes &&
          of_author <= kMaxPulledBytesOfAuthor;
@@ -95,50 +96,47 @@ void SubmissionDesk::Pull(const Fact& fact, const std::vector<NamedBlob>& missin
   int64_t max_bytes = 0;
   for (const NamedBlob& blob : missing) max_bytes += blob.max_bytes;
   if (!HasRoomFor(header.author, max_bytes)) return;
-  Pulling& pulling = pulling_[header.fact_id];
+  const PullKey key = KeyOf(fact);
+  Pulling& pulling = pulling_[key];
   pulling = {fact, {}, {}, listened_(), max_bytes};
   for (const NamedBlob& blob : missing) {
     const std::string& id = blob.blob_id;
     if (!pulling.missing.insert(id).second) continue;
-    pulling.fetches[id] =
-        node_.blobs().Fetch(id, header.author,
-                            [this, fact_id = header.fact_id, id](Result<Bytes> bytes) {
-                              OnBlob(fact_id, id, std::move(bytes));
-                            },
-                            {blob.max_bytes});
+    pulling.fetches[id] = node_.blobs().Fetch(
+        id, header.author,
+        [this, key, id](Result<Bytes> bytes) { OnBlob(key, id, std::move(bytes)); },
+        {blob.max_bytes});
   }
 }
 
-void SubmissionDesk::OnBlob(const std::string& fact_id, const std::string& blob_id,
-                            Result<Bytes> bytes) {
-  const auto found = pulling_.find(fact_id);
+void SubmissionDesk::OnBlob(const PullKey& key, const std::string& blob_id, Result<Bytes> bytes) {
+  const auto found = pulling_.find(key);
   if (found == pulling_.end()) return;
   found->second.fetches.erase(blob_id);
-  if (!bytes.ok()) return Drop(fact_id, bytes.error());
+  if (!bytes.ok()) return Drop(key, bytes.error());
   worker_.Run(
       [store = store_, content = *std::move(bytes)]() mutable {
         return Attempt([&] { return store.Put(content).status(); });
       },
-      [this, fact_id, blob_id](const Status& kept) { OnKept(fact_id, blob_id, kept); });
+      [this, key, blob_id](const Status& kept) { OnKept(key, blob_id, kept); });
 }
 
-void SubmissionDesk::OnKept(const std::string& fact_id, const std::string& blob_id,
-                            const Status& kept) {
-  const auto found = pulling_.find(fact_id);
+void SubmissionDesk::OnKept(const PullKey& key, const std::string& blob_id, const Status& kept) {
+  const auto found = pulling_.find(key);
   if (found == pulling_.end()) return;
-  if (!kept.ok()) return Drop(fact_id, kept.error());
+  if (!kept.ok()) return Drop(key, kept.error());
   found->second.missing.erase(blob_id);
   if (!found->second.missing.empty()) return;
   const Fact fact = std::move(found->second.fact);
   pulling_.erase(found);
   // The session went on while the blobs came.
-  if (writer_.history().FindFact(fact_id) == 0) OnSubmission(fact);
+  if (writer_.history().FindFact(key.first) == 0) OnSubmission(fact);
 }
 
 // The author's next repeat starts again.
-void SubmissionDesk::Drop(const std::string& fact_id, const std::string& reason) {
-  const auto found = pulling_.find(fact_id);
-  LogWarn("blobs of {} did not come: {}", Printable(fact_id), reason);
+void SubmissionDesk::Drop(const PullKey& key, const std::string& reason) {
+  const auto found = pulling_.find(key);
+  LogWarn("blobs of {} did not come: {}", Printable(key.first), reason);
   const auto fetches = std::move(found->second.fetches);
   pulling_.erase(found);
   for (const auto& [blob, fetch] : fetches) node_.blobs().Cancel(fetch);
@@ -159,11 +157,11 @@ void SubmissionDesk::Commit(const Fact& fact) {
 
 void SubmissionDesk::Tick() {
   const double now_s = listened_();
-  std::vector<std::string> forgotten;
-  for (const auto& [fact_id, pulling] : pulling_) {
-    if (now_s - pulling.repeated_s > kForgetAfterS) forgotten.push_back(fact_id);
+  std::vector<PullKey> forgotten;
+  for (const auto& [key, pulling] : pulling_) {
+    if (now_s - pulling.repeated_s > kForgetAfterS) forgotten.push_back(key);
   }
-  for (const std::string& fact_id : forgotten) Drop(fact_id, "its author is gone");
+  for (const PullKey& key : forgotten) Drop(key, "its author is gone");
 }
 
 void SubmissionDesk::Reply(const fact_header_t& header, int8_t status, int64_t seq,

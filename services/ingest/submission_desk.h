@@ -4,6 +4,7 @@
 #include <map>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "blobs/blob_store.h"
@@ -30,6 +31,11 @@ class SubmissionDesk {
   void Tick();
 
  private:
+  // By fact_id and author. Each author's blobs are pulled on their own: the first whose blobs are
+  // here commits, whatever becomes of the others.
+  using PullKey = std::pair<std::string, std::string>;
+  static PullKey KeyOf(const Fact& fact) { return {Header(fact).fact_id, Header(fact).author}; }
+
   // A submission whose blobs are on their way.
   struct Pulling {
     Fact fact;
@@ -40,12 +46,12 @@ class SubmissionDesk {
   };
 
   void Take(const Fact& fact);
-  void NoteThrown(const fact_header_t& header, const std::string& reason);
+  void NoteThrown(const Fact& fact, const std::string& reason);
   bool HasRoomFor(const std::string& author, int64_t max_bytes) const;
   void Pull(const Fact& fact, const std::vector<NamedBlob>& missing);
-  void OnBlob(const std::string& fact_id, const std::string& blob_id, Result<Bytes> bytes);
-  void OnKept(const std::string& fact_id, const std::string& blob_id, const Status& kept);
-  void Drop(const std::string& fact_id, const std::string& reason);
+  void OnBlob(const PullKey& key, const std::string& blob_id, Result<Bytes> bytes);
+  void OnKept(const PullKey& key, const std::string& blob_id, const Status& kept);
+  void Drop(const PullKey& key, const std::string& reason);
   void CommitOrRefuse(const Fact& fact);
   void Refuse(const fact_header_t& header, int8_t status, const std::string& reason);
   void Commit(const Fact& fact);
@@ -55,9 +61,9 @@ class SubmissionDesk {
   LedgerWriter& writer_;
   const BlobStore store_;
   const Clock listened_;
-  std::map<std::string, Pulling> pulling_;  // by fact_id
-  ThrownCounts thrown_;                     // the same
-  WorkerThread worker_;                     // last: ends first
+  std::map<PullKey, Pulling> pulling_;
+  ThrownCounts thrown_;  // by fact_id
+  WorkerThread worker_;  // last: ends first
 };
 
 }  // namespace skein

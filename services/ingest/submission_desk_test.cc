@@ -98,6 +98,26 @@ TEST_F(SubmissionDeskTest, AnAuthorThatSendsNothingDoesNotHoldUpOthers) {
   EXPECT_EQ(Submit(features, &other), "");
 }
 
+// A worker left with its blob, and another one's repeats of the same fact kept the pull alive: a
+// session of 600 photos waited for its last one for ever.
+TEST_F(SubmissionDeskTest, AnAuthorThatLeftDoesNotHoldUpAnotherOfTheSameFact) {
+  Publish("a.jpg", SmallJpeg());
+  {
+    Node gone(RemoteNode("gone", ingest_->session_id()), loop_, bus_);
+    features_t features = Features(1);
+    features.keypoints_blob = HashBytes("nowhere", 7);
+    bool is_pulled = false;
+    const auto replies =
+        bus_.Subscribe<submit_reply_t>(kSubmitReplyChannel, [&](const submit_reply_t& reply) {
+          is_pulled |= reply.author == "gone" && reply.status == submit_reply_t::PULLING;
+        });
+    gone.submitter().Submit(features, [](const Submission&) {});
+    Await([&] { return is_pulled; }, "a pull");
+    bus_.Unsubscribe(replies);
+  }
+  EXPECT_EQ(Submit(Features(1)), "");
+}
+
 TEST(SubmissionRules, ABoundIsKnownForEachBlobThatAFactNames) {
   features_t features{};
   features.keypoints_blob = "k", features.descriptors_blob = "d", features.global_blob = "g";
