@@ -152,7 +152,7 @@ void WorkerPool::Shrink(int num_spare, double now_s, Plan* plan) {
   std::sort(kept.begin(), kept.end());
   kept.resize(static_cast<size_t>(num_spare));
   for (const auto& [is_running, backlog, name] : kept) Leave(name, "", plan);
-  plan->told.push_back(Workers(kept.size()) + " leave: they are spare");
+  plan->told.push_back("tells " + Workers(kept.size()) + " to leave: spare");
   spare_since_s_ = -1;
 }
 
