@@ -7,26 +7,72 @@
 namespace skein {
 namespace {
 
-// d v - (X - c): linear in depth, point and centre.
-struct DepthResidual {
-  template <typename T>
-  bool operator()(const T* center, const T* point, const T* depth, T* residual) const {
-    for (int i = 0; i < 3; ++i) residual[i] = depth[0] * T(v[i]) - (point[i] - center[i]);
-    return true;
+// A point's parameters are X and one number a ray. As one block they are eliminated together, which
+// leaves a system of the centres alone.
+constexpr int kFirstRay = 3;
+
+// Error of one ray of a point, over the centre and the point's block.
+class RayError : public ceres::CostFunction {
+ public:
+  RayError(const Eigen::Vector3d& direction, int ray, int num_rays)
+      : v_(direction), column_(kFirstRay + ray), size_(kFirstRay + num_rays) {
+    set_num_residuals(3);
+    *mutable_parameter_block_sizes() = {3, size_};
   }
 
-  Eigen::Vector3d v;
+ protected:
+  using Block = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
+
+  // The error depends on X - c: `wrt_center` is its derivative by c.
+  void SetJacobians(const Eigen::Matrix3d& wrt_center, const Eigen::Vector3d& wrt_ray,
+                    double** jacobians) const {
+    if (jacobians == nullptr) return;
+    if (jacobians[0] != nullptr) Eigen::Map<Block>(jacobians[0], 3, 3) = wrt_center;
+    if (jacobians[1] == nullptr) return;
+    Eigen::Map<Block> wrt_point(jacobians[1], 3, size_);
+    wrt_point.setZero();
+    wrt_point.leftCols<3>() = -wrt_center;
+    wrt_point.col(column_) = wrt_ray;
+  }
+  static Eigen::Vector3d Offset(double const* const* parameters) {
+    return Eigen::Map<const Eigen::Vector3d>(parameters[1]) -
+           Eigen::Map<const Eigen::Vector3d>(parameters[0]);
+  }
+  double RayOf(double const* const* parameters) const { return parameters[1][column_]; }
+
+  const Eigen::Vector3d v_;
+
+ private:
+  const int column_, size_;
+};
+
+// d v - (X - c): linear in depth, point and centre.
+class DepthError : public RayError {
+ public:
+  using RayError::RayError;
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const double depth = RayOf(parameters);
+    Eigen::Map<Eigen::Vector3d> error(residuals);
+    error = depth * v_ - Offset(parameters);
+    SetJacobians(Eigen::Matrix3d::Identity(), v_, jacobians);
+    return true;
+  }
 };
 
 // v - s (X - c), s the inverse of the depth: an error of the direction, however far the point is.
-struct DirectionResidual {
-  template <typename T>
-  bool operator()(const T* center, const T* point, const T* scale, T* residual) const {
-    for (int i = 0; i < 3; ++i) residual[i] = T(v[i]) - scale[0] * (point[i] - center[i]);
+class DirectionError : public RayError {
+ public:
+  using RayError::RayError;
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const double scale = RayOf(parameters);
+    const Eigen::Vector3d offset = Offset(parameters);
+    Eigen::Map<Eigen::Vector3d> error(residuals);
+    error = v_ - scale * offset;
+    SetJacobians(scale * Eigen::Matrix3d::Identity(), -offset, jacobians);
     return true;
   }
-
-  Eigen::Vector3d v;
 };
 
 class StopCallback : public ceres::IterationCallback {
@@ -44,20 +90,19 @@ class PositionSolver {
  public:
   PositionSolver(const std::vector<PointRays>& points, int num_threads,
                  const std::function<bool()>& stop)
-      : points_(points), callback_(stop), xyz_(points.size(), Eigen::Vector3d::Zero()) {
+      : points_(points), callback_(stop) {
     options_.linear_solver_type = ceres::SPARSE_SCHUR;
     options_.max_num_iterations = 100;
     options_.function_tolerance = 1e-5;
     options_.num_threads = num_threads;
     options_.logging_type = ceres::SILENT;
     options_.callbacks.push_back(&callback_);
-    size_t num_rays = 0;
     for (const PointRays& point : points) {
       if (!IsUsed(point)) continue;
-      num_rays += point.rays.size();
+      blocks_.insert(blocks_.end(), kFirstRay, 0.0);
+      blocks_.insert(blocks_.end(), point.rays.size(), 1.0);
       for (const auto& ray : point.rays) index_.try_emplace(ray.image_id, index_.size());
     }
-    depths_.assign(num_rays, 1.0);
     centers_.assign(index_.size(), Eigen::Vector3d::Zero());
   }
 
@@ -65,10 +110,10 @@ class PositionSolver {
   bool Run() {
     constexpr double kHuber = 0.1, kCauchy = 0.02;
     ceres::HuberLoss huber(kHuber);
-    if (!Solve<DepthResidual>(1, &huber)) return false;
+    if (!Solve<DepthError>(1, &huber)) return false;
     InvertDepths();
     ceres::CauchyLoss cauchy(kCauchy);
-    return Solve<DirectionResidual>(1 / kMaxDepth, &cauchy);
+    return Solve<DirectionError>(1 / kMaxDepth, &cauchy);
   }
 
   std::map<uint32_t, Eigen::Vector3d> Centers() const {
@@ -84,30 +129,44 @@ class PositionSolver {
 
   // Ceres refuses a start outside of the bounds, and rays that are almost parallel meet anywhere.
   void InvertDepths() {
-    for (double& depth : depths_) depth = 1 / std::min(depth, kMaxDepth);
+    ForEachPoint([](const PointRays& point, double* block) {
+      for (size_t i = 0; i < point.rays.size(); ++i) {
+        double& depth = block[kFirstRay + i];
+        depth = 1 / std::min(depth, kMaxDepth);
+      }
+    });
+  }
+
+  // `visit`: with the point and its block.
+  template <typename Visit>
+  void ForEachPoint(const Visit& visit) {
+    double* block = blocks_.data();
+    for (const PointRays& point : points_) {
+      if (!IsUsed(point)) continue;
+      visit(point, block);
+      block += kFirstRay + point.rays.size();
+    }
   }
 
   // `bound`: the least value of a depth, or of its inverse.
-  template <typename Residual>
+  template <typename Error>
   bool Solve(double bound, ceres::LossFunction* loss) {
     ceres::Problem::Options options;
     options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(options);
     auto* ordering = new ceres::ParameterBlockOrdering;
     options_.linear_solver_ordering.reset(ordering);
-    double* depth = depths_.data();
-    for (size_t k = 0; k < points_.size(); ++k) {
-      if (!IsUsed(points_[k])) continue;
-      for (const PointRays::Ray& ray : points_[k].rays) {
-        problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<Residual, 3, 3, 3, 1>(new Residual{ray.direction}),
-            loss, centers_[index_.at(ray.image_id)].data(), xyz_[k].data(), depth);
-        problem.SetParameterLowerBound(depth, 0, bound);
-        ordering->AddElementToGroup(depth++, 0);
+    ForEachPoint([&](const PointRays& point, double* block) {
+      const int num_rays = static_cast<int>(point.rays.size());
+      for (int i = 0; i < num_rays; ++i) {
+        const PointRays::Ray& ray = point.rays[i];
+        problem.AddResidualBlock(new Error(ray.direction, i, num_rays), loss,
+                                 centers_[index_.at(ray.image_id)].data(), block);
+        problem.SetParameterLowerBound(block, kFirstRay + i, bound);
       }
-      ordering->AddElementToGroup(xyz_[k].data(), 1);
-    }
-    for (Eigen::Vector3d& center : centers_) ordering->AddElementToGroup(center.data(), 2);
+      ordering->AddElementToGroup(block, 0);
+    });
+    for (Eigen::Vector3d& center : centers_) ordering->AddElementToGroup(center.data(), 1);
     ceres::Solver::Summary summary;
     ceres::Solve(options_, &problem, &summary);
     return summary.IsSolutionUsable();
@@ -120,8 +179,7 @@ class PositionSolver {
   // Ceres orders unknowns by their addresses: in one array each, so the result depends on nothing
   // else.
   std::vector<Eigen::Vector3d> centers_;
-  std::vector<Eigen::Vector3d> xyz_;  // as points_
-  std::vector<double> depths_;        // of each ray of used points; later their inverses
+  std::vector<double> blocks_;  // of used points: X, then the depths of its rays, later inverse
 };
 
 }  // namespace
