@@ -39,6 +39,7 @@ expect_model "$session" 1
 wait_until 120 "spare workers leave" num_jobs_is PD,R,CG 0
 scale_says 'tells [12] workers? to leave: spare' || fail "it does not say that they leave"
 stop_scale
+wait_until 60 "they are silent" hears_workers 0
 
 # A node dies with its worker: another takes the place.
 start_scale --engine slurm --min 1 --max 1
