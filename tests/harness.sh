@@ -52,6 +52,9 @@ end_test() {
   return "$status"
 }
 
+# has_gnuplot: for the pictures of benchmarks
+has_gnuplot() { command -v gnuplot >/dev/null || { warn "no gnuplot: no picture"; return 1; }; }
+
 # wait_until DEADLINE_S WHAT COMMAND...: polls the command; fails with WHAT after the deadline
 wait_until() {
   local deadline=$((SECONDS + $1)) what=$2

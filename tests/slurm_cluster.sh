@@ -4,7 +4,10 @@ cluster=$workspace/cluster
 export SLURM_CONF=$cluster/slurm.conf
 node_pids=()
 
-has_slurm() { command -v slurmctld slurmd sbatch munged >/dev/null; }
+has_slurm() {
+  local program
+  for program in slurmctld slurmd sbatch munged; do command -v "$program" >/dev/null || return 1; done
+}
 
 # start_cluster NODES: of one core each
 start_cluster() {

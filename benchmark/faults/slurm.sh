@@ -38,7 +38,7 @@ fi
 session=$workspace/session
 table=$workspace/workers.csv
 
-# note_workers: a line of the table, once a second, until the last worker has left
+# note_workers: a line of the table, once a second
 note_workers() {
   local started=$SECONDS
   while sleep 1; do
@@ -50,7 +50,7 @@ most() { sort -t , -rnk "$1,$1" "$table" | head -n 1 | cut -d , -f "$1"; }
 seconds_until() { awk -F , -v c="$1" -v v="$2" '$c >= v { print $1; exit }' "$table"; }
 
 draw() {
-  command -v gnuplot >/dev/null || { warn "no gnuplot: no picture"; return; }
+  has_gnuplot || return 0
   gnuplot <<PLOT
 set datafile separator ','
 set terminal pngcairo size 900,420

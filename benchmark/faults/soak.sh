@@ -115,7 +115,7 @@ print_table() {
 }
 
 draw() {
-  command -v gnuplot >/dev/null || { warn "no gnuplot: no picture"; return; }
+  has_gnuplot || return 0
   local instances
   instances=$(cut -d, -f3 "$samples" | sort | uniq -c | sort -k2 | awk '$1 > 10 { print $2 }')
   {

@@ -131,7 +131,7 @@ row() {
 }
 
 draw() {
-  command -v gnuplot >/dev/null || { warn "no gnuplot: no picture"; return; }
+  has_gnuplot || return 0
   gnuplot <<PLOT
 set datafile separator ','
 set terminal pngcairo size 900,420

@@ -213,6 +213,8 @@ void MergerService::Decide() {
   evidence_.Note(directory_.FindOverlaps(), session_.last_utime_us());
   if (!estimate_ && IsFinishing() && TryBatch()) return;
   if (TrySeed() || estimate_) return;
+  // A submap that still works may win and lose photos.
+  if (IsFinishing() && !EverySubmapWorkedUpTo(settle_seq_)) return;
   TryMerge();
   if (!estimate_ && IsFinishing()) TrySettle();
 }
@@ -243,8 +245,6 @@ void MergerService::WantMapper(bool wanted) {
 }
 
 void MergerService::TryMerge() {
-  // What a submap still works on may yet change what it shares, and whom it holds.
-  if (IsFinishing() && !EverySubmapWorkedUpTo(settle_seq_)) return;
   std::optional<MergeAttempt> attempt = merges_.Next(directory_, IsFinishing());
   if (!attempt) return;
   estimate_ = std::make_unique<Estimate>();
@@ -262,7 +262,7 @@ bool MergerService::EverySubmapWorkedUpTo(int64_t seq) const {
 }
 
 void MergerService::TrySettle() {
-  if (directory_.NumOpenMerges() > 0 || !EverySubmapWorkedUpTo(settle_seq_)) return;
+  if (directory_.NumOpenMerges() > 0) return;
   if (merges_.Next(directory_, true)) return;
   const bool waits_for_mapper =
       wants_mapper_s_ > 0 && node_.loop().now_s() - wants_mapper_s_ < kWaitForMapperS;

@@ -11,68 +11,46 @@ namespace {
 // leaves a system of the centres alone.
 constexpr int kFirstRay = 3;
 
+// A ray's number: the depth, d v - (X - c), which is linear in depth, point and centre; or its
+// inverse, v - s (X - c), an error of the direction, however far the point is.
+enum class RayNumber { kDepth, kInverseDepth };
+
 // Error of one ray of a point, over the centre and the point's block.
 class RayError : public ceres::CostFunction {
  public:
-  RayError(const Eigen::Vector3d& direction, int ray, int num_rays)
-      : v_(direction), column_(kFirstRay + ray), size_(kFirstRay + num_rays) {
+  RayError(RayNumber number, const Eigen::Vector3d& direction, int ray, int num_rays)
+      : is_inverse_(number == RayNumber::kInverseDepth),
+        v_(direction),
+        column_(kFirstRay + ray),
+        size_(kFirstRay + num_rays) {
     set_num_residuals(3);
     *mutable_parameter_block_sizes() = {3, size_};
   }
 
- protected:
-  using Block = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
-
-  // The error depends on X - c: `wrt_center` is its derivative by c.
-  void SetJacobians(const Eigen::Matrix3d& wrt_center, const Eigen::Vector3d& wrt_ray,
-                    double** jacobians) const {
-    if (jacobians == nullptr) return;
-    if (jacobians[0] != nullptr) Eigen::Map<Block>(jacobians[0], 3, 3) = wrt_center;
-    if (jacobians[1] == nullptr) return;
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    const Eigen::Vector3d offset = Eigen::Map<const Eigen::Vector3d>(parameters[1]) -
+                                   Eigen::Map<const Eigen::Vector3d>(parameters[0]);
+    const double number = parameters[1][column_];
+    const double of_offset = is_inverse_ ? number : 1;
+    Eigen::Map<Eigen::Vector3d> error(residuals);
+    error = (is_inverse_ ? 1 : number) * v_ - of_offset * offset;
+    if (jacobians == nullptr) return true;
+    const Eigen::Matrix3d wrt_center = of_offset * Eigen::Matrix3d::Identity();
+    if (jacobians[0] != nullptr) Eigen::Map<Eigen::Matrix3d>{jacobians[0]} = wrt_center;
+    if (jacobians[1] == nullptr) return true;
+    using Block = Eigen::Matrix<double, 3, Eigen::Dynamic, Eigen::RowMajor>;
     Eigen::Map<Block> wrt_point(jacobians[1], 3, size_);
     wrt_point.setZero();
     wrt_point.leftCols<3>() = -wrt_center;
-    wrt_point.col(column_) = wrt_ray;
+    wrt_point.col(column_) = is_inverse_ ? Eigen::Vector3d(-offset) : v_;
+    return true;
   }
-  static Eigen::Vector3d Offset(double const* const* parameters) {
-    return Eigen::Map<const Eigen::Vector3d>(parameters[1]) -
-           Eigen::Map<const Eigen::Vector3d>(parameters[0]);
-  }
-  double RayOf(double const* const* parameters) const { return parameters[1][column_]; }
-
-  const Eigen::Vector3d v_;
 
  private:
+  const bool is_inverse_;
+  const Eigen::Vector3d v_;
   const int column_, size_;
-};
-
-// d v - (X - c): linear in depth, point and centre.
-class DepthError : public RayError {
- public:
-  using RayError::RayError;
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const double depth = RayOf(parameters);
-    Eigen::Map<Eigen::Vector3d> error(residuals);
-    error = depth * v_ - Offset(parameters);
-    SetJacobians(Eigen::Matrix3d::Identity(), v_, jacobians);
-    return true;
-  }
-};
-
-// v - s (X - c), s the inverse of the depth: an error of the direction, however far the point is.
-class DirectionError : public RayError {
- public:
-  using RayError::RayError;
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const double scale = RayOf(parameters);
-    const Eigen::Vector3d offset = Offset(parameters);
-    Eigen::Map<Eigen::Vector3d> error(residuals);
-    error = v_ - scale * offset;
-    SetJacobians(scale * Eigen::Matrix3d::Identity(), -offset, jacobians);
-    return true;
-  }
 };
 
 class StopCallback : public ceres::IterationCallback {
@@ -110,10 +88,10 @@ class PositionSolver {
   bool Run() {
     constexpr double kHuber = 0.1, kCauchy = 0.02;
     ceres::HuberLoss huber(kHuber);
-    if (!Solve<DepthError>(1, &huber)) return false;
+    if (!Solve(RayNumber::kDepth, 1, &huber)) return false;
     InvertDepths();
     ceres::CauchyLoss cauchy(kCauchy);
-    return Solve<DirectionError>(1 / kMaxDepth, &cauchy);
+    return Solve(RayNumber::kInverseDepth, 1 / kMaxDepth, &cauchy);
   }
 
   std::map<uint32_t, Eigen::Vector3d> Centers() const {
@@ -148,9 +126,8 @@ class PositionSolver {
     }
   }
 
-  // `bound`: the least value of a depth, or of its inverse.
-  template <typename Error>
-  bool Solve(double bound, ceres::LossFunction* loss) {
+  // `bound`: the least value of a ray's number.
+  bool Solve(RayNumber number, double bound, ceres::LossFunction* loss) {
     ceres::Problem::Options options;
     options.loss_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
     ceres::Problem problem(options);
@@ -160,7 +137,7 @@ class PositionSolver {
       const int num_rays = static_cast<int>(point.rays.size());
       for (int i = 0; i < num_rays; ++i) {
         const PointRays::Ray& ray = point.rays[i];
-        problem.AddResidualBlock(new Error(ray.direction, i, num_rays), loss,
+        problem.AddResidualBlock(new RayError(number, ray.direction, i, num_rays), loss,
                                  centers_[index_.at(ray.image_id)].data(), block);
         problem.SetParameterLowerBound(block, kFirstRay + i, bound);
       }
