@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <deque>
 #include <memory>
+#include <set>
 #include <string>
 #include <utility>
 
@@ -30,7 +31,7 @@ class Forger {
             [this](const std::string& channel, const Bytes& message) { Keep(channel, message); })) {
     bus_.SetSession(session_id);
     bus_.Subscribe<image_offer_t>(kImageOfferChannel, [this](const auto& o) { RefusePhoto(o); });
-    bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [this](const auto& r) { DenyBlob(r); });
+    DenyBlobsOf("ingest");
     bus_.Subscribe<ledger_request_t>(kLedgerRequestChannel, [this](const auto& r) { Mislead(r); });
     const auto record = [this](const auto& channel) { link_->Subscribe(channel.name); };
     ForEachCommittedChannel(record);
@@ -158,6 +159,13 @@ class Forger {
     ack.status = image_ack_t::REFUSED;
     ack.reason = "forged";
     bus_.Publish(kImageAckChannel, ack);
+    DenyBlobsOf(offer.owner);
+  }
+
+  void DenyBlobsOf(const std::string& owner) {
+    if (!denied_owners_.insert(owner).second) return;
+    bus_.Subscribe<blob_request_t>(BlobRequestChannel(owner),
+                                   [this](const auto& request) { DenyBlob(request); });
   }
 
   void DenyBlob(const blob_request_t& request) {
@@ -195,6 +203,7 @@ class Forger {
 
   Bus bus_;
   const std::unique_ptr<Link> link_;
+  std::set<std::string> denied_owners_;
   std::deque<std::pair<std::string, Bytes>> heard_;
   size_t next_ = 0;
   bool replaying_ = false;

@@ -14,6 +14,7 @@ import java.security.spec.NamedParameterSpec;
 import java.security.spec.X509EncodedKeySpec;
 import java.util.Arrays;
 import java.util.Base64;
+import java.util.Locale;
 import lcm.lcm.LCM;
 import lcm.lcm.LCMDataInputStream;
 import lcm.lcm.LCMDataOutputStream;
@@ -108,7 +109,15 @@ public class OfferPhoto implements LCMSubscriber {
     main = new LCM(invitation.url(0));
     bulk = new LCM(invitation.url(1));
     main.subscribe("SKEIN_IMAGE_ACK", this);
-    main.subscribe("SKEIN_BLOB_REQUEST", this);
+    main.subscribe(requestChannel(offer.owner), this);
+  }
+
+  /**
+   * Requests for an owner's blobs come here (BlobRequestChannel in libs/net/transport/channels.h). A
+   * name in an invitation is short enough to be there whole.
+   */
+  static String requestChannel(String owner) {
+    return "SKEIN_BLOB_REQUEST_" + owner.toUpperCase(Locale.ROOT).replaceAll("[^A-Z0-9]", "_");
   }
 
   /** Repeats the offer until ingest has decided. */

@@ -8,6 +8,7 @@
 #include <sodium.h>
 
 #include <algorithm>
+#include <cctype>
 #include <chrono>
 #include <cstdint>
 #include <cstdio>
@@ -123,7 +124,7 @@ class Agent {
     offer_.has_gps = offer_.has_altitude = false;
     offer_.latitude_deg = offer_.longitude_deg = offer_.altitude_m = 0;
     main_.subscribe("SKEIN_IMAGE_ACK", &Agent::OnAck, this);
-    main_.subscribe("SKEIN_BLOB_REQUEST", &Agent::OnRequest, this);
+    main_.subscribe(RequestChannel(offer_.owner), &Agent::OnRequest, this);
   }
 
   // Repeats the offer until ingest has decided. True if the photo is in the session.
@@ -146,6 +147,13 @@ class Agent {
     char text[2 * sizeof(hash) + 1];
     crypto_hash_sha256(hash, bytes.data(), bytes.size());
     return sodium_bin2hex(text, sizeof(text), hash, sizeof(hash));
+  }
+
+  // Requests for an owner's blobs come here (BlobRequestChannel in libs/net/transport/channels.h).
+  // A name in an invitation is short enough to be there whole.
+  static std::string RequestChannel(std::string owner) {
+    for (char& c : owner) c = std::isalnum(c) != 0 ? static_cast<char>(std::toupper(c)) : '_';
+    return "SKEIN_BLOB_REQUEST_" + owner;
   }
 
   // The message, then its trailer (libs/net/auth/message_seal.h).

@@ -11,6 +11,7 @@ LINK is printed by `skein invite --session DIR --role agent`. Exit codes: 0 the 
 import base64
 import hashlib
 import pathlib
+import re
 import socket
 import struct
 import sys
@@ -147,6 +148,12 @@ class TcpqBus:
         return frame[8:message_at].decode('ascii', 'replace'), frame[message_at + 4:]
 
 
+def request_channel(owner):
+    """Requests for an owner's blobs come here (BlobRequestChannel in libs/net/transport/channels.h). A name in an
+    invitation is short enough to be there whole."""
+    return 'SKEIN_BLOB_REQUEST_' + re.sub('[^A-Z0-9]', '_', owner.upper())
+
+
 class Agent:
     def __init__(self, invitation, path):
         self.invitation = invitation
@@ -159,7 +166,7 @@ class Agent:
         self.offer.blob_id = hashlib.sha256(self.photo).hexdigest()
         self.offer.owner = 'agent.' + invitation.name
         self.counter = 0
-        self.main = invitation.bus(0, {'SKEIN_IMAGE_ACK', 'SKEIN_BLOB_REQUEST'})
+        self.main = invitation.bus(0, {'SKEIN_IMAGE_ACK', request_channel(self.offer.owner)})
         self.bulk = invitation.bus(1, set())
 
     def run(self):
@@ -173,12 +180,12 @@ class Agent:
             # Before it is decoded: whoever hears the network can say anything, on any channel.
             if not self.is_from_ingest(channel, message):
                 continue
-            if channel == 'SKEIN_BLOB_REQUEST':
-                self.on_request(blob_request_t.decode(message))
-            elif channel == 'SKEIN_IMAGE_ACK':
+            if channel == 'SKEIN_IMAGE_ACK':
                 ack = image_ack_t.decode(message)
                 if self.decides(ack):
                     return ack
+            else:
+                self.on_request(blob_request_t.decode(message))
 
     def publish(self, bus, channel, message):
         """The message, then its trailer (libs/net/auth/message_seal.h)."""

@@ -26,9 +26,9 @@ TEST_F(IngestServiceTest, NotesWhatItRunsWithOnce) {
 }
 
 TEST_F(IngestServiceTest, CountsMessagesOfAnotherTypeOnAnyChannelAndGoesOn) {
-  std::vector<std::string> channels = {kImageOfferChannel.name,  kWorkRequestChannel.name,
-                                       kWorkFailedChannel.name,  kCommandChannel.name,
-                                       kBlobRequestChannel.name, kLedgerRequestChannel.name};
+  std::vector<std::string> channels = {kImageOfferChannel.name,      kWorkRequestChannel.name,
+                                       kWorkFailedChannel.name,      kCommandChannel.name,
+                                       BlobRequestChannel("ingest"), kLedgerRequestChannel.name};
   ForEachSubmitChannel([&](const auto& channel) { channels.push_back(channel.name); });
   for (const std::string& channel : channels) {
     const int64_t before = bus_.counters().num_decode_failures;

@@ -380,8 +380,7 @@ TEST_F(PhotoIntakeTest, DoesNotTakeBytesThatAreNotWhatTheirHashPromises) {
   image_offer_t offer = MakeOffer("lie.jpg", photo);
   offer.blob_id = HashBytes("another content", 15);
   offer.owner = "liar";
-  bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
-    if (request.owner != "liar") return;
+  bus_.Subscribe<blob_request_t>(BlobRequestChannel("liar"), [&](const blob_request_t& request) {
     blob_chunk_t chunk{};
     chunk.session_id = request.session_id;
     chunk.blob_id = request.blob_id;
@@ -407,11 +406,11 @@ TEST_F(PhotoIntakeTest, TakesThePhotoOfAnAgentThatVanishedHalfWayWhenItComesBack
   image_offer_t offer = MakeOffer("half.png", photo);
   offer.owner = "agent";
   agent->blobs().Offer(photo);
-  const auto requests =
-      bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
-        const bool half_way = request.owner == "agent" && request.offset > 0;
-        if (half_way) loop_.Post([&] { agent.reset(); });
-      });
+  const auto requests = bus_.Subscribe<blob_request_t>(BlobRequestChannel("agent"),
+                                                       [&](const blob_request_t& request) {
+                                                         if (request.offset > 0)
+                                                           loop_.Post([&] { agent.reset(); });
+                                                       });
   peer_->Publish(kImageOfferChannel, offer);
   Await([&] { return agent == nullptr; }, "half of the photo");
   bus_.Unsubscribe(requests);
@@ -429,8 +428,8 @@ TEST_F(PhotoIntakeTest, TakesAPhotoWhoseChunksWereForgedOnceTheForgerIsGone) {
   image_offer_t offer = MakeOffer("a.jpg", photo);
   offer.owner = "agent";
   int num_forged = 0;
-  const auto forger =
-      bus_.Subscribe<blob_request_t>(kBlobRequestChannel, [&](const blob_request_t& request) {
+  const auto forger = bus_.Subscribe<blob_request_t>(
+      BlobRequestChannel("agent"), [&](const blob_request_t& request) {
         for (const int64_t total : {int64_t{5000000}, int64_t{1} << 40, offer.size_bytes}) {
           blob_chunk_t chunk{};
           chunk.session_id = request.session_id;

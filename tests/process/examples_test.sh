@@ -37,7 +37,8 @@ out = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
 out.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
 test = os.getppid()
 while os.getppid() == test:
-    out.sendto(b'LC02\0\0\0\1SKEIN_BLOB_REQUEST\0no message', (sys.argv[1], int(sys.argv[2])))
+    for agent in b'GLUE', b'ROBOT_2':
+        out.sendto(b'LC02\0\0\0\1SKEIN_BLOB_REQUEST_AGENT_' + agent + b'\0no message', (sys.argv[1], int(sys.argv[2])))
     time.sleep(0.02)
 PY
 fi
@@ -57,7 +58,7 @@ fi
   --name nobody --images "$place/images/agent-2" >"$workspace/unsigned.log" 2>&1 || fail "an unsigned photo was taken"
 
 if command -v javac >/dev/null; then
-  offer robot "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
+  offer robot-2 "${photos[1]}" java -Djava.net.preferIPv4Stack=true -cp "$(lcm_jar):$SKEIN_BUILD/skein_lcmtypes.jar" \
     "$SKEIN_ROOT/clients/examples/OfferPhoto.java"
 else
   echo "SKIPPED: no Java compiler: OfferPhoto.java is not tested"

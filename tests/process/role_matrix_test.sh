@@ -52,7 +52,7 @@ PYTHON
 # The document's channels are those of the code.
 names() { grep -oE "$1" "$2" | grep -oE 'SKEIN_[A-Z_]+' | sort -u; }
 diff <(names '"SKEIN_[A-Z_]+"' "$SKEIN_ROOT/libs/net/transport/channels.h") \
-  <(sed -n '/^| channel | ingest |/,/^$/p' "$SKEIN_ROOT/docs/security.md" | grep -oE '`SKEIN_[A-Z_]+`' | grep -oE 'SKEIN_[A-Z_]+' | sort -u) ||
+  <(sed -n '/^| channel | ingest |/,/^$/p' "$SKEIN_ROOT/docs/security.md" | grep -oE '`SKEIN_[A-Z_]+' | grep -oE 'SKEIN_[A-Z_]+' | sort -u) ||
   fail "docs/security.md has other channels than libs/net/transport/channels.h"
 
 # invite_all SESSION URL: sets links

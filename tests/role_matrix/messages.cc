@@ -44,6 +44,7 @@ std::vector<Row> AllRows() {
   std::vector<Row> rows;
   ForEachMainChannel([&](const auto& channel) { rows.push_back(RowOf(channel)); });
   rows.back().label = "other";
+  rows[rows.size() - 2].label = "SKEIN_BLOB_REQUEST_<INSTANCE>";
   rows.push_back(RowOf(Channel<blob_chunk_t>{kChunkChannel}));
   rows.back().label = "SKEIN_BLOB_CHUNK_<INSTANCE>";
   rows.back().bulk = true;

@@ -16,6 +16,7 @@
 
 namespace skein {
 
+constexpr char kRequestChannel[] = "SKEIN_BLOB_REQUEST_NOBODY";
 constexpr char kChunkChannel[] = "SKEIN_BLOB_CHUNK_NOBODY";
 
 template <class T>
@@ -68,7 +69,7 @@ void ForEachMainChannel(Fn fn) {
   fn(kHeartbeatChannel);
   fn(kCommandChannel);
   fn(kCommandReplyChannel);
-  fn(kBlobRequestChannel);
+  fn(Channel<blob_request_t>{kRequestChannel});
   fn(Channel<heartbeat_t>{"SKEIN_NO_SUCH_CHANNEL"});
 }
 

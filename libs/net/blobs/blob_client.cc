@@ -41,7 +41,7 @@ PullWindow InitialWindow(int chunk_bytes) {
 
 // A request may name any channel; only a channel for chunks is answered.
 bool IsChunkChannel(const std::string& channel) {
-  return channel.rfind("SKEIN_BLOB_CHUNK_", 0) == 0 && channel.size() <= 63;
+  return channel.rfind(kBlobChunkPrefix, 0) == 0 && channel.size() <= 63;
 }
 
 }  // namespace
@@ -55,8 +55,9 @@ BlobClient::BlobClient(PollLoop& loop, Bus& bus, BlobClientOptions options)
       window_(InitialWindow(chunk_bytes_)),
       worker_(std::make_unique<WorkerThread>(loop)) {
   if (!options_.store_dir.empty()) store_ = std::make_unique<BlobStore>(options_.store_dir);
-  request_subscription_ = bus_.Subscribe<blob_request_t>(
-      kBlobRequestChannel, [this](const blob_request_t& request) { OnRequest(request); });
+  request_subscription_ =
+      bus_.Subscribe<blob_request_t>(BlobRequestChannel(options_.instance),
+                                     [this](const blob_request_t& request) { OnRequest(request); });
   expiry_timer_ = loop_.AddTimer(1.0, [this] { shelf_.DropExpired(); });
 }
 
@@ -259,7 +260,7 @@ void BlobClient::Ask(const PullKey& key, const BlobPull::Ask& ask) {
   request.length = ask.length;
   request.max_chunk_bytes = chunk_bytes_;
   request.reply_channel = BlobChunkChannel(options_.instance);
-  bus_.Publish(kBlobRequestChannel, request);
+  bus_.Publish(BlobRequestChannel(key.owner), request);
 }
 
 std::vector<BlobClient::PullKey> BlobClient::PullsOf(const std::string& blob_id) const {

@@ -32,6 +32,10 @@ class BlobClientTest : public testing::Test {
     loop_.RunUntil([&] { return done; }, timeout_s);
     return result;
   }
+  Bus::SubscriptionId SubscribeToRequests(const std::string& owner,
+                                          std::function<void(const blob_request_t&)> handler) {
+    return bus_.Subscribe<blob_request_t>(BlobRequestChannel(owner), std::move(handler));
+  }
 
   PollLoop loop_;
   Bus bus_{"memq://", loop_};
@@ -169,8 +173,7 @@ TEST_F(BlobClientTest, RefusesBytesThatDoNotMatchTheName) {
   // A liar: answers each request for one blob with zeros.
   const std::string id = HashBytes("truth", 5);
   int num_requests = 0;
-  const auto liar = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
-    if (request.owner != "liar") return;
+  const auto liar = SubscribeToRequests("liar", [&](const blob_request_t& request) {
     ++num_requests;
     blob_chunk_t chunk{};
     chunk.session_id = request.session_id;
@@ -192,7 +195,7 @@ TEST_F(BlobClientTest, ChunksThatLieHoldUpAPullAndEndNone) {
   const Bytes bytes = RandomBytes(1000000, 10);
   const std::string id = owner_.blobs().Offer(bytes);
   int num_lies = 0;
-  const auto liar = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
+  const auto liar = SubscribeToRequests("owner", [&](const blob_request_t& request) {
     if (++num_lies > 20) return;
     blob_chunk_t chunk{};
     chunk.session_id = request.session_id;
@@ -241,11 +244,12 @@ TEST_F(BlobClientTest, WhatOneOwnerSendsSpoilsNoPullFromAnother) {
     }
     sign_as(Role::kWorker, "reader");
   };
-  const auto agents = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
-    for (const std::string agent : {"mallory", "alice"}) {
-      if (request.owner == AgentInstance(agent)) answer(request, agent);
-    }
-  });
+  std::vector<Bus::SubscriptionId> agents;
+  for (const std::string agent : {"mallory", "alice"}) {
+    agents.push_back(SubscribeToRequests(
+        AgentInstance(agent),
+        [&answer, agent](const blob_request_t& request) { answer(request, agent); }));
+  }
   bool done = false;
   const auto fetch = [&](const std::string& agent) {
     const auto on_fetched = [&, agent](const Result<Bytes>& fetched) {
@@ -259,15 +263,14 @@ TEST_F(BlobClientTest, WhatOneOwnerSendsSpoilsNoPullFromAnother) {
   fetch("mallory");
   fetch("alice");
   EXPECT_TRUE(loop_.RunUntil([&] { return done; }, 20));
-  bus_.Unsubscribe(agents);
+  for (const Bus::SubscriptionId agent : agents) bus_.Unsubscribe(agent);
 }
 
 // Sixteen blobs of one owner, whose names come first and each of whose chunks comes after 0.3 s.
 TEST_F(BlobClientTest, AnOwnerThatAnswersSlowlyHoldsUpOnlyItself) {
   constexpr int64_t kSlowBytes = 64 << 20;
   std::vector<std::pair<double, blob_request_t>> waiting;  // when it is answered
-  const auto requests = bus_.Subscribe(kBlobRequestChannel, [&](const blob_request_t& request) {
-    if (request.owner != "slow") return;
+  const auto requests = SubscribeToRequests("slow", [&](const blob_request_t& request) {
     waiting.emplace_back(loop_.now_s() + 0.3, request);
   });
   const auto timer = loop_.AddTimer(0.01, [&] {

@@ -67,12 +67,20 @@ class Bus {
   // a message above kMaxMessageBytes: bulk data is pulled, not published.
   template <class T>
   bool Publish(const Channel<T>& channel, const T& message) {
-    return PublishRaw(false, channel.name, Stamped(message));
+    return Publish<T>(std::string(channel.name), message);
+  }
+  template <class T>
+  bool Publish(const std::string& channel, const T& message) {
+    return PublishRaw(false, channel, Stamped(message));
   }
   // The handler runs on the loop's thread until Unsubscribe.
   template <class T>
   SubscriptionId Subscribe(const Channel<T>& channel, Handler<T> handler) {
-    return SubscribeRaw(false, channel.name, Decoding<T>(channel.name, std::move(handler)));
+    return Subscribe<T>(std::string(channel.name), std::move(handler));
+  }
+  template <class T>
+  SubscriptionId Subscribe(const std::string& channel, Handler<T> handler) {
+    return SubscribeRaw(false, channel, Decoding<T>(channel, std::move(handler)));
   }
 
   // The same on the bulk bus, which is joined while it has a subscription.

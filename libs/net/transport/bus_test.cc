@@ -212,8 +212,10 @@ TEST(Channels, NamesAreWhatLcmTakesLiterally) {
   ForEachSubmitChannel(check);
   EXPECT_EQ(names.size(), 2u * kNumFactKinds);
   EXPECT_EQ(BlobChunkChannel("hostb-features-1"), "SKEIN_BLOB_CHUNK_HOSTB_FEATURES_1");
+  EXPECT_EQ(BlobRequestChannel("agent.anna"), "SKEIN_BLOB_REQUEST_AGENT_ANNA");
   const std::string long_name(64, 'x');
   EXPECT_LE(BlobChunkChannel(long_name).size(), 63u);
+  EXPECT_LE(BlobRequestChannel(long_name).size(), 63u);
   EXPECT_NE(BlobChunkChannel(long_name), BlobChunkChannel(std::string(63, 'x')));
 }
 

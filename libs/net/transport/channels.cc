@@ -5,8 +5,9 @@
 #include "core/hash.h"
 
 namespace skein {
+namespace {
 
-std::string BlobChunkChannel(const std::string& instance) {
+std::string InstanceChannel(const char* prefix, const std::string& instance) {
   constexpr size_t kMaxInstance = 40;
   std::string name = instance;
   if (name.size() > kMaxInstance) {
@@ -16,7 +17,17 @@ std::string BlobChunkChannel(const std::string& instance) {
     const auto byte = static_cast<unsigned char>(c);
     c = byte < 128 && std::isalnum(byte) ? static_cast<char>(std::toupper(byte)) : '_';
   }
-  return "SKEIN_BLOB_CHUNK_" + name;
+  return prefix + name;
+}
+
+}  // namespace
+
+std::string BlobRequestChannel(const std::string& instance) {
+  return InstanceChannel(kBlobRequestPrefix, instance);
+}
+
+std::string BlobChunkChannel(const std::string& instance) {
+  return InstanceChannel(kBlobChunkPrefix, instance);
 }
 
 std::string AgentInstance(const std::string& agent) {

@@ -71,10 +71,13 @@ inline constexpr char kEndedState[] = "ended";
 inline constexpr Channel<command_t> kCommandChannel{"SKEIN_COMMAND"};
 inline constexpr Channel<command_reply_t> kCommandReplyChannel{"SKEIN_COMMAND_REPLY"};
 
-inline constexpr Channel<blob_request_t> kBlobRequestChannel{"SKEIN_BLOB_REQUEST"};
-
-// Channel of the chunks for one instance, on the bulk bus: SKEIN_BLOB_CHUNK_<INSTANCE>, in the
-// letters and the length (63) that LCM takes. Two instances may share one: chunks name their blob.
+// Channels for one instance: the prefix and the instance's name, in the letters and the length (63)
+// that LCM takes. Two instances may share one: requests name the owner, chunks their blob.
+inline constexpr char kBlobRequestPrefix[] = "SKEIN_BLOB_REQUEST_";
+inline constexpr char kBlobChunkPrefix[] = "SKEIN_BLOB_CHUNK_";
+// Requests for blobs that the instance owns: blob_request_t, on the main bus.
+std::string BlobRequestChannel(const std::string& instance);
+// Chunks that the instance asked for: blob_chunk_t, on the bulk bus.
 std::string BlobChunkChannel(const std::string& instance);
 
 // The instance under which an agent serves its photos. The instance is the same for every run, so

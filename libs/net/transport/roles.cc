@@ -20,7 +20,6 @@ constexpr RoleSet kViewer = Bit(Role::kViewer) | kWeb;
 constexpr RoleSet kSigned = kIngest | kWorker | kAgent | kViewer;
 constexpr RoleSet kReader = kSigned | kUnsigned;
 
-constexpr std::string_view kChunkPrefix = "SKEIN_BLOB_CHUNK_";
 constexpr RoleSet kMayServeBlobs = kIngest | kWorker | kAgent | kWeb | kUnsigned;
 
 #define SKEIN_FACT_RIGHTS(type, Name, COMMITTED, SUBMITTED) \
@@ -48,14 +47,20 @@ const std::map<std::string_view, RoleSet> kMayPublish = {
     {kHeartbeatChannel.name, kSigned},
     {kCommandChannel.name, kOperator | kWeb},
     {kCommandReplyChannel.name, kIngest},
-    {kBlobRequestChannel.name, kReader},
     SKEIN_FACT_KINDS(SKEIN_FACT_RIGHTS)};
 #undef SKEIN_FACT_RIGHTS
 
 RoleSet RoleOf(const Sender& sender) { return sender ? Bit(sender->role) : kUnsigned; }
 
-bool BeginsWith(const std::string& text, const std::string& beginning) {
-  return text.compare(0, beginning.size(), beginning) == 0;
+bool BeginsWith(std::string_view text, std::string_view beginning) {
+  return text.substr(0, beginning.size()) == beginning;
+}
+
+RoleSet RolesThatMayPublish(const std::string& channel) {
+  if (BeginsWith(channel, kBlobChunkPrefix)) return kMayServeBlobs;
+  if (BeginsWith(channel, kBlobRequestPrefix)) return kReader;
+  const auto right = kMayPublish.find(channel);
+  return right == kMayPublish.end() ? 0 : right->second;
 }
 
 // As an agent calls itself.
@@ -66,9 +71,7 @@ bool MayBeAgent(const Speaker& speaker) {
 }  // namespace
 
 bool MayPublish(const Sender& sender, const std::string& channel) {
-  if (BeginsWith(channel, std::string(kChunkPrefix))) return (kMayServeBlobs & RoleOf(sender)) != 0;
-  const auto right = kMayPublish.find(channel);
-  return right != kMayPublish.end() && (right->second & RoleOf(sender)) != 0;
+  return (RolesThatMayPublish(channel) & RoleOf(sender)) != 0;
 }
 
 bool MayBe(const Sender& sender, const std::string& instance) {

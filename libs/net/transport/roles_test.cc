@@ -51,7 +51,7 @@ TEST(Roles, EachRoleTriesEachChannel) {
                                                  {"SKEIN_HEARTBEAT", "iwaovb"},
                                                  {"SKEIN_COMMAND", "ob"},
                                                  {"SKEIN_COMMAND_REPLY", "i"},
-                                                 {"SKEIN_BLOB_REQUEST", "uiwaovb"},
+                                                 {"SKEIN_BLOB_REQUEST_INGEST", "uiwaovb"},
                                                  {"SKEIN_BLOB_CHUNK_INGEST", "uiwaob"},
                                                  {"SKEIN_NO_SUCH_CHANNEL", ""},
                                                  {"", ""}};
@@ -173,7 +173,7 @@ TEST(Roles, NobodySpeaksInAnothersName) {
   ExpectBound(kLedgerRequestChannel, Role::kViewer, name, range);
   blob_request_t blob{};
   blob.reply_channel = BlobChunkChannel(name);
-  ExpectBound(kBlobRequestChannel, Role::kViewer, name, blob);
+  ExpectBound(Channel<blob_request_t>{"SKEIN_BLOB_REQUEST_INGEST"}, Role::kViewer, name, blob);
   image_offer_t offer{};
   offer.agent = "alice";
   offer.owner = AgentInstance("alice");
