@@ -231,7 +231,7 @@ class Run {
       return AbsorbBatch(anew, &submap_).status.ok();
     };
     if (arguments_.batch) submap_.MapAsBatch({true, {}, absorb}, Sink());
-    submap_.Finish(Sink(), absorb);
+    submap_.Finish(Sink(), {true, absorb});
     Print("after finish", images.size(), CpuSeconds() - start);
     PrintAgreement();
     if (arguments_.parts > 1) PrintParts();

@@ -45,8 +45,8 @@ void FinishSteps::Consolidate() {
   run_.RunJob(
       step,
       [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
-        submap.SetMappedWithItsPlace(by_place);
-        submap.Consolidate(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
+        const Submap::EventSink sink = outcome->Sink();
+        submap.Consolidate(sink, {!by_place, AbsorbInto(&submap, sink)});
       },
       [&run = run_](const SubmapRun::Outcome& outcome) { run.Apply(outcome); });
 }
@@ -96,8 +96,8 @@ void FinishSteps::Finish(const Item& item) {
   run_.RunJob(
       step,
       [by_place = IsMappedWithItsPlace()](Submap& submap, SubmapRun::Outcome* outcome) {
-        submap.SetMappedWithItsPlace(by_place);
-        submap.Finish(outcome->Sink(), AbsorbInto(&submap, outcome->Sink()));
+        const Submap::EventSink sink = outcome->Sink();
+        submap.Finish(sink, {!by_place, AbsorbInto(&submap, sink)});
       },
       [&run = run_](const SubmapRun::Outcome& outcome) {
         run.Report(outcome.events);

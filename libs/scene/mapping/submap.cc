@@ -328,14 +328,14 @@ Status Submap::ReplaceModel(const Reconstruction& model) {
   return Status::Ok();
 }
 
-void Submap::Consolidate(const EventSink& sink, const Absorb& absorb) {
+void Submap::Consolidate(const EventSink& sink, const Again& again) {
   adjuster_.TakeCost();
   Timer timer;
   RefineUntilStable(sink);
   const double refine_s = timer.ElapsedS();
   const GlobalBaCost cost = adjuster_.TakeCost();
   timer.Restart();
-  MapAsBatch({false, {}, absorb}, sink);
+  if (again.is_allowed) MapAsBatch({false, {}, again.absorb}, sink);
   LogInfo("consolidated: {} photos, {} ({:.2f} s), rebuild {:.2f} s",
           map_->reconstruction().NumRegImages(), ToString(cost), refine_s, timer.ElapsedS());
 }
@@ -416,13 +416,13 @@ void Submap::TellNewAndGone(const std::vector<ImageId>& before, const Refusal& r
   }
 }
 
-void Submap::Finish(const EventSink& sink, const Absorb& absorb) {
-  Consolidate(sink, absorb);
+void Submap::Finish(const EventSink& sink, const Again& again) {
+  Consolidate(sink, again);
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
-  if (MapAsBatch({false, {}, absorb}, sink)) AdjustWithPointsAnew(sink);
-  const bool may_have_smaller = grew_on_false_pose_ && !is_mapped_with_place_;
-  if (may_have_smaller && !IsVerdictKnown({}) && !options_.IsStopped()) TakeSmallerError(sink);
+  if (!again.is_allowed) return;
+  if (MapAsBatch({false, {}, again.absorb}, sink)) AdjustWithPointsAnew(sink);
+  if (grew_on_false_pose_ && !IsVerdictKnown({}) && !options_.IsStopped()) TakeSmallerError(sink);
 }
 
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {

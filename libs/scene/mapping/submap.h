@@ -95,8 +95,17 @@ class Submap {
   // nothing has changed. Null: never.
   using Absorb = std::function<bool(const Submap& anew)>;
 
+  // Whether and how the map's own photos are mapped again where the map is inconsistent.
+  struct Again {
+    // False: all photos of the place are mapped as a batch in this finish, here or in another
+    // submap.
+    bool is_allowed = true;
+    Absorb absorb = nullptr;
+  };
+
   // RefineUntilStable. A map that is inconsistent even then is mapped again (MapAsBatch).
-  void Consolidate(const EventSink& sink, const Absorb& absorb = nullptr);
+  void Consolidate(const EventSink& sink, const Again& again);
+  void Consolidate(const EventSink& sink) { Consolidate(sink, Again()); }
 
   // A place that is mapped as a batch.
   struct Batch {
@@ -110,10 +119,10 @@ class Submap {
     bool is_growing = false;
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
-  // Before that a map of a place grows by the photos that it lacks, one by one.
-  // The new map stays if more verified matches agree with it, or about as many while it has more
-  // photos. Photos of another submap that show a visually similar place stay there. No photo may be
-  // lost that no other map has. Else its photos may be absorbed, if nearly as many matches
+  // Before that a map of a place that explains its matches grows by the photos that it lacks, one
+  // by one. The new map stays if more verified matches agree with it, or about as many while it has
+  // more photos. Photos of another submap that show a visually similar place stay there. No photo
+  // may be lost that no other map has. Else its photos may be absorbed, if nearly as many matches
   // agree with it. True if the map is another one now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
@@ -127,7 +136,8 @@ class Submap {
   // mapped again as well. Points of two photos that do not fit are removed
   // (FilterPointsOfTwoPhotos). If the options say stop, the remaining parts are left out, here and
   // in the functions above.
-  void Finish(const EventSink& sink, const Absorb& absorb = nullptr);
+  void Finish(const EventSink& sink, const Again& again);
+  void Finish(const EventSink& sink) { Finish(sink, Again()); }
   // Roughly how long either takes, by the map's size and its last global BA. 0: nothing to do.
   double EstimateConsolidateS() const;
   double EstimateFinishS() const;
@@ -146,9 +156,6 @@ class Submap {
 
   // Notes that the map was just mapped again: another map may replace it only with more pairs.
   void NoteMappedAnew() { num_pairs_rebuilt_ = map_->pairs().size(); }
-  // Whether all photos of the place are mapped as a batch in this finish, here or in another
-  // submap: if so, this map's own photos are not mapped again by themselves.
-  void SetMappedWithItsPlace(bool is_mapped) { is_mapped_with_place_ = is_mapped; }
 
   // Replaces the registered part by a model, e.g. a merged one: poses, points, cameras. All of its
   // images must be in the submap. On failure nothing has changed.
@@ -239,7 +246,6 @@ class Submap {
   ImageId first_ = 0;          // of the initial pair
   bool is_maintained_ = true;  // see LeaveOutMaintenance
   bool has_larger_neighbour_ = false;
-  bool is_mapped_with_place_ = false;
   bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:

@@ -25,10 +25,11 @@ std::set<int64_t> PhotosOf(const std::vector<std::vector<int64_t>>& submaps) {
 bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!map_->HasPhoto(first_) || options_.IsStopped()) return false;
   if (!batch.is_of_place && (settled_.consistent || IsVerdictKnown(batch))) return false;
-  if (is_mapped_with_place_ && !batch.is_of_place && !batch.is_growing) return false;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
-  const bool has_grown = batch.is_of_place && GrowOverPlace(batch, now, sink);
+  // A map with wrong intrinsics would grow to one that is as wrong.
+  const bool may_grow = batch.is_of_place && now.IsExplained();
+  const bool has_grown = may_grow && GrowOverPlace(batch, now, sink);
   if (has_grown) now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return has_grown;
   settled_.consistent = !MayWin(batch, now);

@@ -160,7 +160,6 @@ void SessionState::ApplyFact(const seed_t& fact) {
 void SessionState::ApplyFact(const submap_lease_t& fact) {
   SubmapLife& submap = submaps_[fact.submap_id];
   submap.lease = fact;
-  submap.lease_seq = fact.header.seq;
 }
 
 void SessionState::ApplyFact(const registration_t& fact) {

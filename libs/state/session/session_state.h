@@ -59,7 +59,6 @@ struct SubmapLife {
   seed_t seed;
   bool has_seed = false;
   submap_lease_t lease;  // the latest; epoch 0: never leased
-  int64_t lease_seq = 0;
   std::optional<submap_model_t> latest_model;
   int64_t final_ledger_seq = -1;  // -1: none
   int64_t open_merge_id = 0;  // ordered, neither done nor undone, and both submaps live; 0: none
