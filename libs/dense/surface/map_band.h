@@ -24,7 +24,7 @@ struct BandSample {
 // Weight of a pixel: kMostWeight * cos a * min(1, v / (2 e))^2. a: angle between ray and normal, e:
 // predicted error, v: side of a voxel. Behind the surface the weight falls to 0, linearly from half
 // the reach on, so that both sides of a wall disturb each other less. Left out: pixels without a
-// normal, at more than 80 degrees, that cover more than 32 voxels' sides, or with a weight below
+// normal, at more than 88 degrees, that cover more than 32 voxels' sides, or with a weight below
 // 0.5.
 class MapBand {
  public:

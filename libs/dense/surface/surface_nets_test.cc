@@ -49,6 +49,27 @@ TEST(SurfaceNets, AWallIsFlat) {
   EXPECT_LT(sum / static_cast<double>(mesh.vertices.size()), kNetVoxel / 10);
 }
 
+// As the ground some metres ahead of a camera that is held level: courtyard lost most of it.
+TEST(SurfaceNets, AWallThatIsSeenAtAGrazingAngleIsFlat) {
+  Wall wall;
+  wall.camera = {640, 480, {600, 600}, {320, 240}};
+  const double degree = std::acos(-1.0) / 180;
+  const Eigen::Vector3d centre(0, 0, wall.distance - std::hypot(1, wall.slope));  // 1 from the wall
+  const Eigen::Vector3d along = Eigen::Vector3d(1, 0, wall.slope).normalized();
+  WallMap map(PoseAt(centre, std::atan(wall.slope) - 84 * degree));
+  map.map = wall.Map(map.map.cam_from_world, 0.02f);
+  map.colours = cv::Mat3b(map.map.depth.size(), kWallColour);
+  const SurfaceMesh mesh = MeshOfMaps({map});
+  int num_ahead = 0;
+  for (uint32_t i = 0; i < mesh.vertices.size(); ++i) {
+    const double ahead = (PositionOf(mesh, i) - centre).dot(along);
+    if (ahead < std::tan(82 * degree) || ahead > std::tan(85 * degree)) continue;
+    ASSERT_LT(DistanceFromWall(PositionOf(mesh, i)), kNetVoxel);
+    ++num_ahead;
+  }
+  EXPECT_GT(num_ahead, 2000);
+}
+
 TEST(SurfaceNets, NormalsAndTrianglesFaceTheCameras) {
   const SurfaceMesh mesh = MeshOfMaps(ThreeMaps());
   double least = 1;
