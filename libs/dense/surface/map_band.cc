@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kErrorsOfReach = 3;
 constexpr double kLeastCosine = 0.035;  // 88 degrees
-constexpr double kBestError = 0.5;     // voxels: a smaller one is that of the grid
+constexpr double kBestError = 0.5;      // voxels: a smaller one is that of the grid
 // A pixel that covers more than kPartOfPixel sides of a voxel marks blocks in several places.
 constexpr double kPartOfPixel = 4;
 constexpr int kMostParts = 8;              // in x and in y
