@@ -187,12 +187,13 @@ provide_web_modules() {
 
 # For process.metrics, 19 MB. Unpacked alone: installed, the package would start a server on port 9090.
 provide_prometheus() {
-  local prometheus=$SKEIN_DEPS/prometheus
+  local prometheus=$SKEIN_DEPS/prometheus packages=(prometheus) package
   if command -v prometheus >/dev/null || [[ -x $prometheus/usr/bin/prometheus ]]; then return; fi
   rm -rf "$prometheus"
   mkdir -p "$prometheus"
   say "getting prometheus"
-  (cd "$prometheus" && apt-get download -q prometheus && dpkg-deb -x prometheus_*.deb . && rm prometheus_*.deb) \
+  apt-cache show promtool >/dev/null 2>&1 && packages+=(promtool) # a package of its own on Debian 13
+  (cd "$prometheus" && apt-get download -q "${packages[@]}" && for package in *.deb; do dpkg-deb -x "$package" .; done && rm -- *.deb) \
     >"$SKEIN_DEPS/prometheus.log" 2>&1 && return
   warn "prometheus cannot be had ($SKEIN_DEPS/prometheus.log): process.metrics goes without it"
   rm -rf "$prometheus"

@@ -56,6 +56,7 @@ trust_authorities() {
 
 # A clone wants git and, over https, the certificates: README takes them for granted. No service is started.
 prepare_root() {
+  mount --bind "$root" "$root" # tests make mount namespaces, for which the root has to be a mount
   open_root
   mount --rbind /sys "$root/sys"
   inside apt-get update -q
@@ -68,7 +69,7 @@ prepare_root() {
 if [[ -z $root ]]; then
   [[ -n $mirror ]] || mirror=$(debian_mirror)
   root=$(mktemp -d)
-  ((keep)) || trap 'umount -l "$root"/{proc,dev,sys} 2>/dev/null; rm -rf --one-file-system "$root"' EXIT
+  ((keep)) || trap 'umount -l "$root"/{proc,dev,sys} "$root" 2>/dev/null; rm -rf --one-file-system "$root"' EXIT
   timed "debootstrap" debootstrap --variant=minbase "$release" "$root" "$mirror"
 fi
 found=$(. "$root/etc/os-release" && echo "${VERSION_CODENAME:-}") || die "no root in $root"

@@ -3,6 +3,7 @@
 source "$(dirname "$0")/../harness.sh"
 command -v Xvfb >/dev/null || skip "no Xvfb (scripts/setup.sh --tests installs it)"
 enter_network_namespace "$@"
+[[ -n $IN_NAMESPACE ]] || skip "no network namespace may be made here"
 new_workspace
 mkdir "$workspace/session"
 url=$(test_lcm_url)
