@@ -47,8 +47,15 @@ Status AddItem(const CLI::ConfigItem& item, ConfigFile* file) {
 
 Result<ConfigFile> ParseConfigFile(const std::string& text, const std::string& path) {
   std::istringstream stream(text);
+  std::vector<CLI::ConfigItem> items;
+  try {
+    items = CLI::ConfigTOML().from_config(stream);
+  } catch (const CLI::Error& error) {
+    // CLI11 2.4 throws for an escape sequence that it does not know.
+    return InvalidArgument(path + ": " + error.what());
+  }
   ConfigFile file{path, {}};
-  for (const CLI::ConfigItem& item : CLI::ConfigTOML().from_config(stream)) {
+  for (const CLI::ConfigItem& item : items) {
     const Status status = AddItem(item, &file);
     if (!status.ok()) return InvalidArgument(path + ": " + status.error());
   }
