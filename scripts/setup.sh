@@ -193,7 +193,7 @@ provide_prometheus() {
   mkdir -p "$prometheus"
   say "getting prometheus"
   apt-cache show promtool >/dev/null 2>&1 && packages+=(promtool) # a package of its own on Debian 13
-  (cd "$prometheus" && apt-get download -q "${packages[@]}" && for package in *.deb; do dpkg-deb -x "$package" .; done && rm -- *.deb) \
+  (cd "$prometheus" && apt-get download -q "${packages[@]}" && for package in *.deb; do dpkg-deb -x "$package" . || exit; done && rm -- *.deb) \
     >"$SKEIN_DEPS/prometheus.log" 2>&1 && return
   warn "prometheus cannot be had ($SKEIN_DEPS/prometheus.log): process.metrics goes without it"
   rm -rf "$prometheus"

@@ -31,7 +31,8 @@ class Forger {
             [this](const std::string& channel, const Bytes& message) { Keep(channel, message); })) {
     bus_.SetSession(session_id);
     bus_.Subscribe<image_offer_t>(kImageOfferChannel, [this](const auto& o) { RefusePhoto(o); });
-    DenyBlobsOf("ingest");
+    bus_.Subscribe<heartbeat_t>(kHeartbeatChannel,
+                                [this](const auto& h) { DenyBlobsOf(h.instance); });
     bus_.Subscribe<ledger_request_t>(kLedgerRequestChannel, [this](const auto& r) { Mislead(r); });
     const auto record = [this](const auto& channel) { link_->Subscribe(channel.name); };
     ForEachCommittedChannel(record);

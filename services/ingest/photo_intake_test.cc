@@ -406,11 +406,11 @@ TEST_F(PhotoIntakeTest, TakesThePhotoOfAnAgentThatVanishedHalfWayWhenItComesBack
   image_offer_t offer = MakeOffer("half.png", photo);
   offer.owner = "agent";
   agent->blobs().Offer(photo);
-  const auto requests = bus_.Subscribe<blob_request_t>(BlobRequestChannel("agent"),
-                                                       [&](const blob_request_t& request) {
-                                                         if (request.offset > 0)
-                                                           loop_.Post([&] { agent.reset(); });
-                                                       });
+  const std::string to_agent = BlobRequestChannel("agent");
+  const auto requests =
+      bus_.Subscribe<blob_request_t>(to_agent, [&](const blob_request_t& request) {
+        if (request.offset > 0) loop_.Post([&] { agent.reset(); });
+      });
   peer_->Publish(kImageOfferChannel, offer);
   Await([&] { return agent == nullptr; }, "half of the photo");
   bus_.Unsubscribe(requests);

@@ -28,9 +28,17 @@ void SpeakAs(const Name& as, blob_request_t* request) {
   request->reply_channel = BlobChunkChannel(as.instance);
 }
 
+// As docs/security.md names the channel.
+std::string LabelOf(const std::string& channel) {
+  if (channel == kRequestChannel) return std::string(kBlobRequestPrefix) + "<INSTANCE>";
+  if (channel == kChunkChannel) return std::string(kBlobChunkPrefix) + "<INSTANCE>";
+  return channel == kOtherChannel ? "other" : channel;
+}
+
 template <class T>
 Row RowOf(const Channel<T>& channel) {
-  return {channel.name, channel.name, false, [](const std::string& session_id, const Name& as) {
+  return {LabelOf(channel.name), channel.name, false,
+          [](const std::string& session_id, const Name& as) {
             T message{};
             SessionOf(message) = session_id;
             SpeakAs(as, &message);
@@ -43,10 +51,7 @@ Row RowOf(const Channel<T>& channel) {
 std::vector<Row> AllRows() {
   std::vector<Row> rows;
   ForEachMainChannel([&](const auto& channel) { rows.push_back(RowOf(channel)); });
-  rows.back().label = "other";
-  rows[rows.size() - 2].label = "SKEIN_BLOB_REQUEST_<INSTANCE>";
   rows.push_back(RowOf(Channel<blob_chunk_t>{kChunkChannel}));
-  rows.back().label = "SKEIN_BLOB_CHUNK_<INSTANCE>";
   rows.back().bulk = true;
   return rows;
 }

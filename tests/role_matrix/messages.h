@@ -18,6 +18,7 @@ namespace skein {
 
 constexpr char kRequestChannel[] = "SKEIN_BLOB_REQUEST_NOBODY";
 constexpr char kChunkChannel[] = "SKEIN_BLOB_CHUNK_NOBODY";
+constexpr char kOtherChannel[] = "SKEIN_NO_SUCH_CHANNEL";
 
 template <class T>
 T Need(Result<T> result) {
@@ -70,7 +71,7 @@ void ForEachMainChannel(Fn fn) {
   fn(kCommandChannel);
   fn(kCommandReplyChannel);
   fn(Channel<blob_request_t>{kRequestChannel});
-  fn(Channel<heartbeat_t>{"SKEIN_NO_SUCH_CHANNEL"});
+  fn(Channel<heartbeat_t>{kOtherChannel});
 }
 
 // A channel of the table.
