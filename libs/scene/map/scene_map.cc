@@ -240,10 +240,9 @@ void SceneMap::Register(ImageId image_id) {
 void SceneMap::Deregister(ImageId image_id) {
   if (!reconstruction_->IsImageRegistered(image_id)) return;
   reconstruction_->DeRegisterImage(image_id);
-  Image& image = reconstruction_->Image(image_id);
-  if (--cameras_.at(image.CameraId()).num_registered == 0) ResetCamera(image.CameraId());
-  image.SetCameraId(GivenCamera(image_id));
-  given_cameras_.erase(image_id);
+  const CameraId camera = reconstruction_->Image(image_id).CameraId();
+  if (--cameras_.at(camera).num_registered == 0) ResetCamera(camera);
+  TakeOwnCamera(image_id);
 }
 
 void SceneMap::GiveOwnCamera(ImageId image_id) {
@@ -267,6 +266,17 @@ void SceneMap::GiveOwnCamera(ImageId image_id) {
   if (!image.IsRegistered()) return;
   ++cameras_.at(own).num_registered;
   if (--cameras_.at(given).num_registered == 0) ResetCamera(given);
+}
+
+void SceneMap::TakeOwnCamera(ImageId image_id) {
+  Image& image = reconstruction_->Image(image_id);
+  const CameraId own = image.CameraId(), given = GivenCamera(image_id);
+  if (given == own) return;
+  image.SetCameraId(given);
+  given_cameras_.erase(image_id);
+  if (!image.IsRegistered()) return;
+  ++cameras_.at(given).num_registered;
+  if (--cameras_.at(own).num_registered == 0) ResetCamera(own);
 }
 
 bool SceneMap::HaveItsPhotosOwnCameras(CameraId given) const {

@@ -84,6 +84,8 @@ class SceneMap {
   // The photo's intrinsics are no longer those of other photos and start from their prior, in the
   // model that it came with, until it is taken out.
   void GiveOwnCamera(ImageId image_id);
+  // The reverse: the photo has the camera again that it came with.
+  void TakeOwnCamera(ImageId image_id);
   // `given`: a camera that photos came with. True if such photos are registered, and each of them
   // has a camera of its own.
   bool HaveItsPhotosOwnCameras(CameraId given) const;

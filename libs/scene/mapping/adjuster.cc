@@ -122,7 +122,10 @@ bool Adjuster::ChooseIntrinsics(bool is_final) {
   if (options_.camera_model == kModelByEvidence) {
     any |= ChooseCameraModels(GlobalBaOptions(false), &map_);
   }
-  if (is_final) any |= GiveOwnCameras(GlobalBaOptions(false), &map_);
+  if (is_final) {
+    any |= ShareCamerasAgain(GlobalBaOptions(false), &map_);
+    any |= GiveOwnCameras(GlobalBaOptions(false), &map_);
+  }
   cost_.solve_s += timer.ElapsedS();
   return any;
 }

@@ -107,7 +107,67 @@ std::set<CameraId> CamerasToSplit(const BundleOptions& options, const std::set<C
   return split;
 }
 
+// Photos with cameras of their own, where others have the camera that these came with.
+std::vector<ImageId> PhotosApart(const SceneMap& map) {
+  std::vector<ImageId> apart;
+  for (const ImageId id : map.reconstruction().RegImageIds()) {
+    const CameraId given = map.GivenCamera(id);
+    const bool is_apart = given != map.reconstruction().Image(id).CameraId();
+    if (is_apart && map.camera_state(given).num_registered > 0) apart.push_back(id);
+  }
+  return apart;
+}
+
+// A photo, its own intrinsics and its points, which all their photos hold.
+Bundle BuildPhotoBundle(const SceneMap& map, ImageId id) {
+  BundleRequest request;
+  request.free = {id};
+  request.complete_points = PointsSeenBy(map, {id});
+  request.refine_cameras = true;
+  Bundle bundle = BuildBundle(map, request);
+  for (size_t i = 0; i < bundle.cameras.size(); ++i) {
+    if (static_cast<int>(i) != bundle.poses[0].camera) bundle.cameras[i].refined.clear();
+  }
+  return bundle;
+}
+
+// Of the first pose, adjusted. Infinite if it cannot be.
+double AdjustedSumOfSquares(const BundleOptions& options, Bundle* bundle) {
+  if (!SolveBundle(options, bundle).usable) return HUGE_VAL;
+  const std::vector<double> errors = ReprojectionErrors(*bundle);
+  double sum = 0;
+  for (size_t i = 0; i < errors.size(); ++i) {
+    if (bundle->observations[i].pose == 0) sum += errors[i] * errors[i];
+  }
+  return sum;
+}
+
+// How much of the photo's squared errors with the camera that it came with its own leaves.
+double RemainingOfPhoto(const BundleOptions& options, const SceneMap& map, ImageId id) {
+  Bundle own = BuildPhotoBundle(map, id);
+  Bundle shared = own;
+  shared.poses[0].camera = static_cast<int>(shared.cameras.size());
+  shared.cameras.push_back(MakeBundleCamera(map, map.GivenCamera(id), false, false));
+  return AdjustedSumOfSquares(options, &own) / AdjustedSumOfSquares(options, &shared);
+}
+
 }  // namespace
+
+bool ShareCamerasAgain(BundleOptions options, SceneMap* map) {
+  options.factor = nullptr;  // of other unknowns
+  bool any = false;
+  for (const ImageId id : PhotosApart(*map)) {
+    const double remaining = RemainingOfPhoto(options, *map, id);
+    LogInfo("photo {}: own intrinsics leave {:.3f} of its squared errors", id, remaining);
+    if (!std::isfinite(remaining) || remaining < kMaxRemaining) continue;
+    map->TakeOwnCamera(id);
+    any = true;
+  }
+  if (!any) return false;
+  Bundle bundle = BuildGlobalBundle(*map, true);
+  if (SolveBundle(options, &bundle).usable) ApplyBundle(bundle, map);
+  return true;
+}
 
 bool GiveOwnCameras(BundleOptions options, SceneMap* map) {
   const std::set<CameraId> shared = SharedCameras(*map);
