@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/angles.h"
+#include "core/limits.h"
 #include "core/statistics.h"
 #include "core/threads.h"
 #include "disambiguation/photo_groups.h"
@@ -254,11 +255,13 @@ class Views {
   std::map<ImageId, std::unique_ptr<View>> views_;
 };
 
-// The registered photos with most matches with this one.
-std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id) {
+// The registered photos with most matches with this one; of `among`, if that is given.
+std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id,
+                                    const std::set<ImageId>* among = nullptr) {
   std::vector<std::pair<int, ImageId>> order;
   for (const auto& [other, inliers] : map.Neighbours(image_id)) {
-    if (map.IsRegistered(other)) order.emplace_back(-inliers, other);
+    const bool is_wanted = among != nullptr ? among->count(other) > 0 : map.IsRegistered(other);
+    if (is_wanted) order.emplace_back(-inliers, other);
   }
   std::sort(order.begin(), order.end());
   if (order.size() > kMaxNeighbours) order.resize(kMaxNeighbours);
@@ -267,16 +270,52 @@ std::vector<ImageId> BestNeighbours(const SceneMap& map, ImageId image_id) {
   return neighbours;
 }
 
-// Each photo with the registered ones that it matches most with.
-std::set<std::pair<ImageId, ImageId>> PairsToCompare(const SceneMap& map,
-                                                     const std::vector<ImageId>& ids) {
+// Each photo with its BestNeighbours.
+template <typename Ids>
+std::set<std::pair<ImageId, ImageId>> PairsToCompare(const SceneMap& map, const Ids& ids,
+                                                     const std::set<ImageId>* among = nullptr) {
   std::set<std::pair<ImageId, ImageId>> pairs;
   for (const ImageId id : ids) {
-    for (const ImageId other : BestNeighbours(map, id)) {
+    for (const ImageId other : BestNeighbours(map, id, among)) {
       pairs.insert(std::minmax(id, other));
     }
   }
   return pairs;
+}
+
+// Whether the two would not triangulate most of the points that their matches observe.
+bool StandTogether(const SceneMap& map, ImageId id1, ImageId id2, Centers* centers) {
+  const Reconstruction& model = map.reconstruction();
+  const Image& image1 = model.Image(id1);
+  const Image& image2 = model.Image(id2);
+  std::vector<double> angles;
+  for (const auto& match : map.MatchesOfPair(id1, id2)) {
+    const Point3DId id = image1.Point2D(match.point2D_idx1).Point3DId();
+    if (id == kInvalidPoint3DId || id != image2.Point2D(match.point2D_idx2).Point3DId()) continue;
+    const Eigen::Vector3d& xyz = model.Point3D(id).XYZ();
+    angles.push_back(AngleBetween(centers->Of(id1) - xyz, centers->Of(id2) - xyz));
+  }
+  return angles.size() >= kMinCommonPoints &&
+         UpperMedian(std::move(angles)) < DegToRad(limits::kMinTriangulationAngleDeg);
+}
+
+// The registered photos without the repetitions of a burst or a video: such a photo stands where
+// another one does, and shows the same place. A burst is one witness, as its photos miss the same.
+std::set<ImageId> Witnesses(const SceneMap& map, Views* views) {
+  Centers centers(map.reconstruction());
+  const auto shows_the_same = [&](ImageId id1, ImageId id2) {
+    const CellVotes votes = views->CompareBothWays(id1, id2);
+    return votes.num_cells() >= kMinPairCells && !ShowsAnotherPlace(votes, kMinPairCells);
+  };
+  std::set<ImageId> witnesses;
+  for (const ImageId id : map.reconstruction().RegImageIds()) {
+    const std::vector<ImageId> others = BestNeighbours(map, id, &witnesses);
+    const bool repeats = std::any_of(others.begin(), others.end(), [&](ImageId other) {
+      return StandTogether(map, id, other, &centers) && shows_the_same(id, other);
+    });
+    if (!repeats) witnesses.insert(id);
+  }
+  return witnesses;
 }
 
 PhotoEdge EdgeByMatches(const SceneMap& map, ImageId id1, ImageId id2) {
@@ -384,16 +423,19 @@ CellVotes CompareWithPhoto(const SceneMap& map, ImageId image_id, const Matrix3x
 }
 
 std::vector<ImageId> FindPhotosOfAnotherPlace(const SceneMap& map, ImageId first, int num_threads) {
-  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
-  const auto to_compare = PairsToCompare(map, ids);
+  Views views(kGrid, &map.graph(), map.reconstruction());
+  const std::set<ImageId> witnesses = Witnesses(map, &views);
+  const auto to_compare = PairsToCompare(map, witnesses, &witnesses);
   const std::vector<std::pair<ImageId, ImageId>> pairs(to_compare.begin(), to_compare.end());
-  const std::vector<CellVotes> votes =
-      Views(kGrid, &map.graph(), map.reconstruction()).CompareAll(pairs, num_threads);
+  const std::vector<CellVotes> votes = views.CompareAll(pairs, num_threads);
   std::vector<PhotoEdge> by_cells, by_matches;
   for (size_t i = 0; i < pairs.size(); ++i) {
     const auto& [id1, id2] = pairs[i];
     by_cells.push_back(
         {id1, id2, Weigh(kMaxDifferentShare, votes[i].num_seen, votes[i].num_different)});
+  }
+  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+  for (const auto& [id1, id2] : PairsToCompare(map, ids)) {
     by_matches.push_back(EdgeByMatches(map, id1, id2));
   }
   PhotoGroups groups(ids, by_cells);

@@ -18,18 +18,24 @@ constexpr int kNumFirst = 7, kNumSecond = 6;
 class Street {
  public:
   // `right_distance`: of what the second photos see on the right. `unmatched`: photos whose right
-  // side has no match with the others, as by another light.
+  // side has no match with the others, as by another light. `num_in_burst`: the second photos are
+  // so many, from one viewpoint.
   explicit Street(double right_distance, bool second_sees_the_same = false,
-                  const std::set<ImageId>& unmatched = {})
+                  const std::set<ImageId>& unmatched = {}, int num_in_burst = 0)
       : random_(1) {
-    AddPoints(300, -3, 0, 0, kBoth);
-    AddPoints(500, 0, 5, 0, kFirst);
-    if (!second_sees_the_same) AddPoints(500, 0, 5, kDistance - right_distance, kSecond);
+    const double part = num_in_burst > 0 ? 0.25 : 1;  // of the façade
+    AddPoints(static_cast<int>(part * 300), -3 * part, 0, 0, kBoth);
+    AddPoints(static_cast<int>(part * 500), 0, 5 * part, 0, kFirst);
+    if (!second_sees_the_same) {
+      AddPoints(static_cast<int>(part * 500), 0, 5 * part, kDistance - right_distance, kSecond);
+    }
     if (!unmatched.empty()) AddPoints(500, 0, 5, kDistance / 2, kThird);
-    for (int i = 0; i < kNumFirst + kNumSecond; ++i) {
-      const int along = i < kNumFirst ? i : i - kNumFirst;
+    const int num_second = num_in_burst > 0 ? num_in_burst : kNumSecond;
+    for (int i = 0; i < kNumFirst + num_second; ++i) {
+      const bool is_first = i < kNumFirst;
+      const double along = is_first ? i : num_in_burst > 0 ? 0.1 * i : i - kNumFirst;
       scene_.AddPose(Eigen::Matrix3d::Identity(),
-                     {-1 + 0.3 * along, i < kNumFirst ? 0 : 0.1, -kDistance});
+                     {-1 + 0.3 * along, is_first ? 0 : 0.1, -kDistance});
       const Place place = i < kNumFirst || second_sees_the_same ? kFirst : kSecond;
       scene_.place_of_photo.push_back(unmatched.count(i + 1) > 0 ? kThird : place);
     }
@@ -79,6 +85,16 @@ TEST(SimilarStructures, OfTwoPlacesTheOneWithFewerPhotosIsFound) {
   for (const int num_threads : {1, 3}) {
     EXPECT_EQ(FindPhotosOfAnotherPlace(street.map(), 0, num_threads),
               (std::vector<ImageId>{8, 9, 10, 11, 12, 13}));
+  }
+}
+
+// oppaiyama with bursts. A photo of the burst has 42 to 53 different cells: too few to be of
+// another place.
+TEST(SimilarStructures, ABurstIsOneWitness) {
+  for (const int num_photos : {2, 8}) {
+    Street street(kDistance, false, {}, num_photos);
+    street.Register(kNumFirst + num_photos);
+    EXPECT_TRUE(FindPhotosOfAnotherPlace(street.map(), 0).empty()) << num_photos;
   }
 }
 
