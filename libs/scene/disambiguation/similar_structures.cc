@@ -283,6 +283,10 @@ std::set<std::pair<ImageId, ImageId>> PairsToCompare(const SceneMap& map, const 
   return pairs;
 }
 
+double MissingShare(const CellVotes& votes) {
+  return votes.num_missing / std::max<double>(1, votes.num_cells());
+}
+
 // Whether the two would not triangulate most of the points that their matches observe.
 bool StandTogether(const SceneMap& map, ImageId id1, ImageId id2, Centers* centers) {
   const Reconstruction& model = map.reconstruction();
@@ -305,7 +309,7 @@ std::set<ImageId> Witnesses(const SceneMap& map, Views* views) {
   Centers centers(map.reconstruction());
   const auto shows_the_same = [&](ImageId id1, ImageId id2) {
     const CellVotes votes = views->CompareBothWays(id1, id2);
-    return votes.num_cells() >= kMinPairCells && !ShowsAnotherPlace(votes, kMinPairCells);
+    return votes.num_cells() >= kMinPairCells && MissingShare(votes) < kMaxDifferentShare;
   };
   std::set<ImageId> witnesses;
   for (const ImageId id : map.reconstruction().RegImageIds()) {
@@ -330,10 +334,6 @@ Votes Weigh(double max_share, int num_seen, int num_contradicting) {
 
 bool IsAbove(double max_share, int num, const CellVotes& votes, int min_cells) {
   return votes.num_cells() >= min_cells && num > max_share * votes.num_cells();
-}
-
-double MissingShare(const CellVotes& votes) {
-  return votes.num_missing / std::max<double>(1, votes.num_cells());
 }
 
 // Other photos that observe points of this one, with how many.
