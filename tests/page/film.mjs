@@ -16,6 +16,8 @@ for (let n = 0; goesOn; ++n) {
   await browser.page.screenshot({ path: join(folder, `${String(n).padStart(5, '0')}.png`) });
   while (goesOn && Date.now() < next) await new Promise((r) => setTimeout(r, 50));
 }
+// skein-dense works at the lowest priority, the mesh last.
+if (shown === 'mesh') await browser.until('the mesh', (s) => s.mesh.triangles > 0 && s.mesh.loading === 0, 300);
 await browser.rest();
 await browser.page.screenshot({ path: join(folder, '99999.png') });
 await browser.close();

@@ -287,35 +287,41 @@ double MissingShare(const CellVotes& votes) {
   return votes.num_missing / std::max<double>(1, votes.num_cells());
 }
 
-// Whether the two would not triangulate most of the points that their matches observe.
-bool StandTogether(const SceneMap& map, ImageId id1, ImageId id2, Centers* centers) {
-  const Reconstruction& model = map.reconstruction();
-  const Image& image1 = model.Image(id1);
-  const Image& image2 = model.Image(id2);
+// Whether the two would not triangulate most of the points that both observe.
+bool StandTogether(const Reconstruction& model, ImageId id1, ImageId id2, Centers* centers) {
+  constexpr size_t kEnough = 100;
   std::vector<double> angles;
-  for (const auto& match : map.MatchesOfPair(id1, id2)) {
-    const Point3DId id = image1.Point2D(match.point2D_idx1).Point3DId();
-    if (id == kInvalidPoint3DId || id != image2.Point2D(match.point2D_idx2).Point3DId()) continue;
-    const Eigen::Vector3d& xyz = model.Point3D(id).XYZ();
-    angles.push_back(AngleBetween(centers->Of(id1) - xyz, centers->Of(id2) - xyz));
+  for (const Point2D& point2D : model.Image(id1).Points2D()) {
+    if (!point2D.HasPoint3D()) continue;
+    const Point3D& point = model.Point3D(point2D.Point3DId());
+    const auto& track = point.Track().Elements();
+    const bool is_common =
+        std::any_of(track.begin(), track.end(),
+                    [&](const TrackElement& element) { return element.image_id == id2; });
+    if (!is_common) continue;
+    angles.push_back(AngleBetween(centers->Of(id1) - point.XYZ(), centers->Of(id2) - point.XYZ()));
+    if (angles.size() == kEnough) break;
   }
   return angles.size() >= kMinCommonPoints &&
          UpperMedian(std::move(angles)) < DegToRad(limits::kMinTriangulationAngleDeg);
 }
 
-// The registered photos without the repetitions of a burst or a video: such a photo stands where
-// another one does, and shows the same place. A burst is one witness, as its photos miss the same.
-std::set<ImageId> Witnesses(const SceneMap& map, Views* views) {
-  Centers centers(map.reconstruction());
+// The photos without the repetitions of a burst or a video: such a photo stands where another one
+// does, and shows the same. A burst is one witness, as its photos miss the same.
+// `neighbours_of`(id, witnesses): those that may repeat the photo.
+template <typename Ids, typename Neighbours>
+std::set<ImageId> Witnesses(const Reconstruction& model, const Ids& ids,
+                            const Neighbours& neighbours_of, Views* views) {
+  Centers centers(model);
   const auto shows_the_same = [&](ImageId id1, ImageId id2) {
     const CellVotes votes = views->CompareBothWays(id1, id2);
     return votes.num_cells() >= kMinPairCells && MissingShare(votes) < kMaxDifferentShare;
   };
   std::set<ImageId> witnesses;
-  for (const ImageId id : map.reconstruction().RegImageIds()) {
-    const std::vector<ImageId> others = BestNeighbours(map, id, &witnesses);
+  for (const ImageId id : ids) {
+    const std::vector<ImageId> others = neighbours_of(id, witnesses);
     const bool repeats = std::any_of(others.begin(), others.end(), [&](ImageId other) {
-      return StandTogether(map, id, other, &centers) && shows_the_same(id, other);
+      return StandTogether(model, id, other, &centers) && shows_the_same(id, other);
     });
     if (!repeats) witnesses.insert(id);
   }
@@ -374,14 +380,38 @@ double UsualMissingShare(const SceneMap& map, const std::set<ImageId>& photos1,
   return std::clamp(percentile(shares, 95), kMaxMissingShare / 2, kMaxMissingShare);
 }
 
+// Other photos with kMinCommonPoints points of this one.
+std::vector<ImageId> PhotosWithCommonPoints(const Reconstruction& model, ImageId id) {
+  std::vector<ImageId> photos;
+  for (const auto& [other, num_common] : CountCommonPoints(model, id)) {
+    if (num_common >= kMinCommonPoints) photos.push_back(other);
+  }
+  return photos;
+}
+
 // Between the shared photos and the others of one model, along the tracks they have in common.
 CellVotes CompareShared(const Reconstruction& model, const std::set<ImageId>& shared) {
-  CellVotes sum;
   Views views(kSharedGrid, nullptr, model);
+  std::map<ImageId, std::vector<ImageId>> neighbours;
+  std::set<ImageId> others;
   for (const ImageId id : shared) {
-    for (const auto& [other, num_common] : CountCommonPoints(model, id)) {
-      if (num_common < kMinCommonPoints || shared.count(other) > 0) continue;
-      sum.Add(views.CompareBothWays(id, other));
+    neighbours[id] = PhotosWithCommonPoints(model, id);
+    others.insert(neighbours[id].begin(), neighbours[id].end());
+  }
+  const auto neighbours_of = [&](ImageId id, const std::set<ImageId>& among) {
+    std::vector<ImageId> wanted;
+    for (const ImageId other : PhotosWithCommonPoints(model, id)) {
+      if (among.count(other) > 0) wanted.push_back(other);
+    }
+    return wanted;
+  };
+  for (const ImageId id : shared) others.erase(id);
+  const std::set<ImageId> witnesses = Witnesses(model, shared, neighbours_of, &views);
+  const std::set<ImageId> other_witnesses = Witnesses(model, others, neighbours_of, &views);
+  CellVotes sum;
+  for (const ImageId id : witnesses) {
+    for (const ImageId other : neighbours.at(id)) {
+      if (other_witnesses.count(other) > 0) sum.Add(views.CompareBothWays(id, other));
     }
   }
   return sum;
@@ -424,7 +454,11 @@ CellVotes CompareWithPhoto(const SceneMap& map, ImageId image_id, const Matrix3x
 
 std::vector<ImageId> FindPhotosOfAnotherPlace(const SceneMap& map, ImageId first, int num_threads) {
   Views views(kGrid, &map.graph(), map.reconstruction());
-  const std::set<ImageId> witnesses = Witnesses(map, &views);
+  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
+  const auto neighbours_of = [&](ImageId id, const std::set<ImageId>& among) {
+    return BestNeighbours(map, id, &among);
+  };
+  const auto witnesses = Witnesses(map.reconstruction(), ids, neighbours_of, &views);
   const auto to_compare = PairsToCompare(map, witnesses, &witnesses);
   const std::vector<std::pair<ImageId, ImageId>> pairs(to_compare.begin(), to_compare.end());
   const std::vector<CellVotes> votes = views.CompareAll(pairs, num_threads);
@@ -434,7 +468,6 @@ std::vector<ImageId> FindPhotosOfAnotherPlace(const SceneMap& map, ImageId first
     by_cells.push_back(
         {id1, id2, Weigh(kMaxDifferentShare, votes[i].num_seen, votes[i].num_different)});
   }
-  const std::vector<ImageId>& ids = map.reconstruction().RegImageIds();
   for (const auto& [id1, id2] : PairsToCompare(map, ids)) {
     by_matches.push_back(EdgeByMatches(map, id1, id2));
   }
