@@ -220,7 +220,27 @@ class Views {
     return votes;
   }
 
-  // The same of each pair of registered photos, by several threads.
+  // Whether two registered photos would not triangulate most of the points that both observe.
+  bool StandTogether(ImageId id1, ImageId id2) {
+    constexpr size_t kEnough = 100;
+    std::vector<double> angles;
+    for (const Point2D& point2D : model_.Image(id1).Points2D()) {
+      if (!point2D.HasPoint3D()) continue;
+      const Point3D& point = model_.Point3D(point2D.Point3DId());
+      const auto& track = point.Track().Elements();
+      const bool is_common =
+          std::any_of(track.begin(), track.end(),
+                      [&](const TrackElement& element) { return element.image_id == id2; });
+      if (!is_common) continue;
+      angles.push_back(
+          AngleBetween(centers_.Of(id1) - point.XYZ(), centers_.Of(id2) - point.XYZ()));
+      if (angles.size() == kEnough) break;
+    }
+    return angles.size() >= kMinCommonPoints &&
+           UpperMedian(std::move(angles)) < DegToRad(limits::kMinTriangulationAngleDeg);
+  }
+
+  // CompareBothWays of each pair of registered photos, by several threads.
   std::vector<CellVotes> CompareAll(const std::vector<std::pair<ImageId, ImageId>>& pairs,
                                     int num_threads) {
     for (const ImageId id : model_.RegImageIds()) centers_.Of(id);
@@ -287,32 +307,11 @@ double MissingShare(const CellVotes& votes) {
   return votes.num_missing / std::max<double>(1, votes.num_cells());
 }
 
-// Whether the two would not triangulate most of the points that both observe.
-bool StandTogether(const Reconstruction& model, ImageId id1, ImageId id2, Centers* centers) {
-  constexpr size_t kEnough = 100;
-  std::vector<double> angles;
-  for (const Point2D& point2D : model.Image(id1).Points2D()) {
-    if (!point2D.HasPoint3D()) continue;
-    const Point3D& point = model.Point3D(point2D.Point3DId());
-    const auto& track = point.Track().Elements();
-    const bool is_common =
-        std::any_of(track.begin(), track.end(),
-                    [&](const TrackElement& element) { return element.image_id == id2; });
-    if (!is_common) continue;
-    angles.push_back(AngleBetween(centers->Of(id1) - point.XYZ(), centers->Of(id2) - point.XYZ()));
-    if (angles.size() == kEnough) break;
-  }
-  return angles.size() >= kMinCommonPoints &&
-         UpperMedian(std::move(angles)) < DegToRad(limits::kMinTriangulationAngleDeg);
-}
-
 // The photos without the repetitions of a burst or a video: such a photo stands where another one
 // does, and shows the same. A burst is one witness, as its photos miss the same.
 // `neighbours_of`(id, witnesses): those that may repeat the photo.
 template <typename Ids, typename Neighbours>
-std::set<ImageId> Witnesses(const Reconstruction& model, const Ids& ids,
-                            const Neighbours& neighbours_of, Views* views) {
-  Centers centers(model);
+std::set<ImageId> Witnesses(const Ids& ids, const Neighbours& neighbours_of, Views* views) {
   const auto shows_the_same = [&](ImageId id1, ImageId id2) {
     const CellVotes votes = views->CompareBothWays(id1, id2);
     return votes.num_cells() >= kMinPairCells && MissingShare(votes) < kMaxDifferentShare;
@@ -321,7 +320,7 @@ std::set<ImageId> Witnesses(const Reconstruction& model, const Ids& ids,
   for (const ImageId id : ids) {
     const std::vector<ImageId> others = neighbours_of(id, witnesses);
     const bool repeats = std::any_of(others.begin(), others.end(), [&](ImageId other) {
-      return StandTogether(model, id, other, &centers) && shows_the_same(id, other);
+      return views->StandTogether(id, other) && shows_the_same(id, other);
     });
     if (!repeats) witnesses.insert(id);
   }
@@ -398,20 +397,21 @@ CellVotes CompareShared(const Reconstruction& model, const std::set<ImageId>& sh
     neighbours[id] = PhotosWithCommonPoints(model, id);
     others.insert(neighbours[id].begin(), neighbours[id].end());
   }
+  for (const ImageId id : shared) others.erase(id);
+  for (const ImageId id : others) neighbours[id] = PhotosWithCommonPoints(model, id);
   const auto neighbours_of = [&](ImageId id, const std::set<ImageId>& among) {
     std::vector<ImageId> wanted;
-    for (const ImageId other : PhotosWithCommonPoints(model, id)) {
+    for (const ImageId other : neighbours.at(id)) {
       if (among.count(other) > 0) wanted.push_back(other);
     }
     return wanted;
   };
-  for (const ImageId id : shared) others.erase(id);
-  const std::set<ImageId> witnesses = Witnesses(model, shared, neighbours_of, &views);
-  const std::set<ImageId> other_witnesses = Witnesses(model, others, neighbours_of, &views);
+  const std::set<ImageId> witnesses = Witnesses(shared, neighbours_of, &views);
+  const std::set<ImageId> other_witnesses = Witnesses(others, neighbours_of, &views);
   CellVotes sum;
   for (const ImageId id : witnesses) {
-    for (const ImageId other : neighbours.at(id)) {
-      if (other_witnesses.count(other) > 0) sum.Add(views.CompareBothWays(id, other));
+    for (const ImageId other : neighbours_of(id, other_witnesses)) {
+      sum.Add(views.CompareBothWays(id, other));
     }
   }
   return sum;
@@ -458,7 +458,7 @@ std::vector<ImageId> FindPhotosOfAnotherPlace(const SceneMap& map, ImageId first
   const auto neighbours_of = [&](ImageId id, const std::set<ImageId>& among) {
     return BestNeighbours(map, id, &among);
   };
-  const auto witnesses = Witnesses(map.reconstruction(), ids, neighbours_of, &views);
+  const auto witnesses = Witnesses(ids, neighbours_of, &views);
   const auto to_compare = PairsToCompare(map, witnesses, &witnesses);
   const std::vector<std::pair<ImageId, ImageId>> pairs(to_compare.begin(), to_compare.end());
   const std::vector<CellVotes> votes = views.CompareAll(pairs, num_threads);

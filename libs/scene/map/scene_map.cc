@@ -242,7 +242,7 @@ void SceneMap::Deregister(ImageId image_id) {
   reconstruction_->DeRegisterImage(image_id);
   const CameraId camera = reconstruction_->Image(image_id).CameraId();
   if (--cameras_.at(camera).num_registered == 0) ResetCamera(camera);
-  TakeOwnCamera(image_id);
+  RemoveOwnCamera(image_id);
 }
 
 void SceneMap::GiveOwnCamera(ImageId image_id) {
@@ -268,7 +268,7 @@ void SceneMap::GiveOwnCamera(ImageId image_id) {
   if (--cameras_.at(given).num_registered == 0) ResetCamera(given);
 }
 
-void SceneMap::TakeOwnCamera(ImageId image_id) {
+void SceneMap::RemoveOwnCamera(ImageId image_id) {
   Image& image = reconstruction_->Image(image_id);
   const CameraId own = image.CameraId(), given = GivenCamera(image_id);
   if (given == own) return;

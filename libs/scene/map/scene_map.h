@@ -85,7 +85,7 @@ class SceneMap {
   // model that it came with, until it is taken out.
   void GiveOwnCamera(ImageId image_id);
   // The reverse: the photo has the camera again that it came with.
-  void TakeOwnCamera(ImageId image_id);
+  void RemoveOwnCamera(ImageId image_id);
   // `given`: a camera that photos came with. True if such photos are registered, and each of them
   // has a camera of its own.
   bool HaveItsPhotosOwnCameras(CameraId given) const;

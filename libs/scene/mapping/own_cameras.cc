@@ -118,7 +118,7 @@ std::vector<ImageId> PhotosApart(const SceneMap& map) {
   return apart;
 }
 
-// A photo, its own intrinsics and its points, which all their photos hold.
+// Refines a photo's pose, its own intrinsics and its points. The points' other photos are constant.
 Bundle BuildPhotoBundle(const SceneMap& map, ImageId id) {
   BundleRequest request;
   request.free = {id};
@@ -131,7 +131,7 @@ Bundle BuildPhotoBundle(const SceneMap& map, ImageId id) {
   return bundle;
 }
 
-// Of the first pose, adjusted. Infinite if it cannot be.
+// The sum over the first pose's observations, after the bundle is adjusted; infinite if that fails.
 double AdjustedSumOfSquares(const BundleOptions& options, Bundle* bundle) {
   if (!SolveBundle(options, bundle).usable) return HUGE_VAL;
   const std::vector<double> errors = ReprojectionErrors(*bundle);
@@ -142,7 +142,8 @@ double AdjustedSumOfSquares(const BundleOptions& options, Bundle* bundle) {
   return sum;
 }
 
-// How much of the photo's squared errors with the camera that it came with its own leaves.
+// S(own) / S(given). S: the photo's sum of squared errors after an adjustment with its own
+// intrinsics, or with the camera that it came with.
 double RemainingOfPhoto(const BundleOptions& options, const SceneMap& map, ImageId id) {
   Bundle own = BuildPhotoBundle(map, id);
   Bundle shared = own;
@@ -160,7 +161,7 @@ bool ShareCamerasAgain(BundleOptions options, SceneMap* map) {
     const double remaining = RemainingOfPhoto(options, *map, id);
     LogInfo("photo {}: own intrinsics leave {:.3f} of its squared errors", id, remaining);
     if (!std::isfinite(remaining) || remaining < kMaxRemaining) continue;
-    map->TakeOwnCamera(id);
+    map->RemoveOwnCamera(id);
     any = true;
   }
   if (!any) return false;

@@ -19,7 +19,7 @@ bool GiveOwnCameras(BundleOptions options, SceneMap* map);
 // The reverse, for photos that got their own intrinsics when they were registered, by a map whose
 // intrinsics were not settled yet. Both hypotheses are adjusted for each such photo alone, with its
 // points. If its own intrinsics do not leave less than half of its sum of squared errors with the
-// intrinsics of the photos that it came with, it has theirs again (SceneMap::TakeOwnCamera), and
+// intrinsics of the photos that it came with, it has theirs again (SceneMap::RemoveOwnCamera), and
 // the map is adjusted with them. True if any has.
 bool ShareCamerasAgain(BundleOptions options, SceneMap* map);
 
