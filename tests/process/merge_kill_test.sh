@@ -46,6 +46,11 @@ victim_instance() {
   esac
 }
 
+is_merged() {
+  "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null |
+    jq -e '.merges.done == 1 and .merges.open == 0' >/dev/null
+}
+
 # kill_at WHEN STEP WHO: one case
 kill_at() {
   local mark=$workspace/mark stopped victim
@@ -61,6 +66,8 @@ kill_at() {
   victim=$(victim_instance "$2" "$3" "$stopped")
   kill_service "$session" "$victim"
   kill -CONT "$stopped" 2>/dev/null || true
+  # The finish may map all photos anew into one map; then nothing is left to merge.
+  wait_until 120 "the merge is done" is_merged
   finish "$session"
   stop_services
   expect_one_map

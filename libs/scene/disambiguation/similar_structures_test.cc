@@ -23,11 +23,11 @@ class Street {
   explicit Street(double right_distance, bool second_sees_the_same = false,
                   const std::set<ImageId>& unmatched = {}, int num_in_burst = 0)
       : random_(1) {
-    const double part = num_in_burst > 0 ? 0.25 : 1;  // of the façade
-    AddPoints(static_cast<int>(part * 300), -3 * part, 0, 0, kBoth);
-    AddPoints(static_cast<int>(part * 500), 0, 5 * part, 0, kFirst);
+    const int divisor = num_in_burst > 0 ? 4 : 1;  // a burst sees this part of the façade
+    AddPoints(300 / divisor, -3.0 / divisor, 0, 0, kBoth);
+    AddPoints(500 / divisor, 0, 5.0 / divisor, 0, kFirst);
     if (!second_sees_the_same) {
-      AddPoints(static_cast<int>(part * 500), 0, 5 * part, kDistance - right_distance, kSecond);
+      AddPoints(500 / divisor, 0, 5.0 / divisor, kDistance - right_distance, kSecond);
     }
     if (!unmatched.empty()) AddPoints(500, 0, 5, kDistance / 2, kThird);
     const int num_second = num_in_burst > 0 ? num_in_burst : kNumSecond;
