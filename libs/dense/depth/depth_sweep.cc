@@ -8,6 +8,7 @@
 
 #include "core/clock.h"
 #include "core/statistics.h"
+#include "depth/bare_areas.h"
 #include "depth/depth_regions.h"
 #include "depth/padded_rows.h"
 #include "depth/warped_view.h"
@@ -609,7 +610,9 @@ std::optional<DepthMap> DepthSweep::Estimate(const DepthPhoto& photo,
                                              const DepthRange& range, const DepthStop& stop) {
   CheckInput(photo, neighbours, range);
   workspace_->Reset(range.planes);
-  return workspace_->Run(photo, neighbours, {1 / range.far, 1 / range.near}, stop);
+  auto map = workspace_->Run(photo, neighbours, {1 / range.far, 1 / range.near}, stop);
+  if (map) RemoveDepthsOfBareAreas(photo.grey, &*map);
+  return map;
 }
 
 double DepthMap::Completeness() const {

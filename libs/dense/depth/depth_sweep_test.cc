@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
+#include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "depth/consistency.h"
@@ -121,6 +123,34 @@ TEST(DepthSweep, WorkingMemoryKeepsNothingOfTheLastPhoto) {
 }
 
 TEST(DepthSweep, ABlankWallIsAHole) { EXPECT_EQ(MapOf({10, 0.3, 0}, kAround).Completeness(), 0); }
+
+// A wall below a line of the wall's plane, and the sky above it, as a photo shows its blurred edge.
+DepthPhoto UnderSky(const Wall& wall, const DepthPose& pose, cv::Mat1b* is_sky) {
+  DepthPhoto photo = wall.Photo(pose);
+  is_sky->create(photo.grey.size());
+  for (int y = 0; y < photo.grey.rows; ++y) {
+    for (int x = 0; x < photo.grey.cols; ++x) {
+      const Eigen::Vector2d ray = wall.camera.Ray({x + 0.5, y + 0.5});
+      const Eigen::Vector3d point = pose.ToWorld(wall.Depth(pose, ray) * ray.homogeneous());
+      (*is_sky)(y, x) = point.y() < -1 + 0.4 * std::abs(point.x()) ? 255 : 0;
+    }
+  }
+  photo.grey.setTo(250, *is_sky);
+  cv::blur(photo.grey, photo.grey, {3, 3});
+  return photo;
+}
+
+TEST(DepthSweep, TheSkyAboveAWallIsAHole) {
+  cv::Mat1b is_sky, of_neighbour;
+  const DepthPhoto photo = UnderSky(Wall(), PoseAt({0, 0, 0}), &is_sky);
+  const DepthPhoto a = UnderSky(Wall(), kAround[0], &of_neighbour);
+  const DepthPhoto b = UnderSky(Wall(), kAround[1], &of_neighbour);
+  const cv::Mat1b found = DepthSweep().Estimate(photo, {&a, &b}, kRange)->depth > 0;
+  EXPECT_GT(cv::countNonZero(found & ~is_sky), 0.8 * cv::countNonZero(~is_sky));
+  // Its edge's blur is 1 pixel wide.
+  cv::erode(is_sky, is_sky, cv::Mat::ones(5, 5, CV_8U));
+  EXPECT_EQ(cv::countNonZero(found & is_sky), 0);
+}
 
 // As of sky or water: one sweep finds something, but no two find the same.
 TEST(DepthSweep, NoiseIsAllHolesAfterTheCheck) {
