@@ -1,6 +1,7 @@
 #include "mapping/misplaced.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 
 #include "core/limits.h"
@@ -17,6 +18,23 @@ bool SeenAt(const Reconstruction& reconstruction, const Image& image, const Eige
   return CalculateSquaredReprojectionError(pixel, reconstruction.Point3D(id).XYZ(), image.Qvec(),
                                            image.Tvec(), reconstruction.Camera(image.CameraId())) <=
          limits::kMaxPoseErrorPx * limits::kMaxPoseErrorPx;
+}
+
+// Whether a photo shows two points apart: so they are not one, whatever was matched.
+bool AreSeenApart(const Reconstruction& reconstruction, Point3DId id1, Point3DId id2) {
+  constexpr double kMinPx = limits::kMaxPoseErrorPx;
+  std::map<ImageId, Eigen::Vector2d> seen;
+  const auto pixel_of = [&](const TrackElement& element) {
+    return reconstruction.Image(element.image_id).Point2D(element.point2D_idx).XY();
+  };
+  for (const TrackElement& element : reconstruction.Point3D(id1).Track().Elements()) {
+    seen.emplace(element.image_id, pixel_of(element));
+  }
+  const auto& others = reconstruction.Point3D(id2).Track().Elements();
+  return std::any_of(others.begin(), others.end(), [&](const TrackElement& element) {
+    const auto it = seen.find(element.image_id);
+    return it != seen.end() && (it->second - pixel_of(element)).squaredNorm() > kMinPx * kMinPx;
+  });
 }
 
 std::vector<ImageId> Contradicted(const std::vector<ImageId>& ids,
@@ -54,7 +72,12 @@ Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2) {
     const Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
     const Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
-    ++(keypoint1.Point3DId() == keypoint2.Point3DId() ? votes.agree : votes.contradict);
+    const Point3DId point1 = keypoint1.Point3DId(), point2 = keypoint2.Point3DId();
+    if (point1 == point2) {
+      ++votes.agree;
+    } else if (!AreSeenApart(map.reconstruction(), point1, point2)) {
+      ++votes.contradict;
+    }
   }
   return votes;
 }

@@ -95,4 +95,13 @@ TEST(ModelCheck, TornPairsContradictThoughTheyReproject) {
   EXPECT_GE(check.num_contradicting_matches, 30);
 }
 
+// As along a row of equal windows. A photo shows the two windows that others' matches take for one.
+TEST(ModelCheck, MatchesOfPointsSeenApartContradictNothing) {
+  SyntheticOptions options;
+  options.outlier_ratio = 0.5;
+  SceneMap map;
+  FillMap(MakeScene(options), &map);
+  EXPECT_FALSE(IsTorn(CountCommonPoints(map, 6, 7)));
+}
+
 }  // namespace skein::model_check_test
