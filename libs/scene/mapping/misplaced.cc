@@ -1,8 +1,9 @@
 #include "mapping/misplaced.h"
 
 #include <algorithm>
-#include <map>
 #include <set>
+#include <utility>
+#include <vector>
 
 #include "core/limits.h"
 #include "disambiguation/similar_structures.h"
@@ -20,21 +21,31 @@ bool SeenAt(const Reconstruction& reconstruction, const Image& image, const Eige
          limits::kMaxPoseErrorPx * limits::kMaxPoseErrorPx;
 }
 
+std::vector<TrackElement> TrackByImage(const Reconstruction& reconstruction, Point3DId id) {
+  std::vector<TrackElement> track = reconstruction.Point3D(id).Track().Elements();
+  std::sort(track.begin(), track.end(),
+            [](const auto& a, const auto& b) { return a.image_id < b.image_id; });
+  return track;
+}
+
 // Whether a photo shows two points apart: so they are not one, whatever was matched.
 bool AreSeenApart(const Reconstruction& reconstruction, Point3DId id1, Point3DId id2) {
   constexpr double kMinPx = limits::kMaxPoseErrorPx;
-  std::map<ImageId, Eigen::Vector2d> seen;
   const auto pixel_of = [&](const TrackElement& element) {
     return reconstruction.Image(element.image_id).Point2D(element.point2D_idx).XY();
   };
-  for (const TrackElement& element : reconstruction.Point3D(id1).Track().Elements()) {
-    seen.emplace(element.image_id, pixel_of(element));
+  const std::vector<TrackElement> track1 = TrackByImage(reconstruction, id1),
+                                  track2 = TrackByImage(reconstruction, id2);
+  for (auto a = track1.begin(), b = track2.begin(); a != track1.end() && b != track2.end();) {
+    if (a->image_id != b->image_id) {
+      a->image_id < b->image_id ? ++a : ++b;
+    } else if ((pixel_of(*a) - pixel_of(*b)).squaredNorm() > kMinPx * kMinPx) {
+      return true;
+    } else {
+      ++a, ++b;
+    }
   }
-  const auto& others = reconstruction.Point3D(id2).Track().Elements();
-  return std::any_of(others.begin(), others.end(), [&](const TrackElement& element) {
-    const auto it = seen.find(element.image_id);
-    return it != seen.end() && (it->second - pixel_of(element)).squaredNorm() > kMinPx * kMinPx;
-  });
+  return false;
 }
 
 std::vector<ImageId> Contradicted(const std::vector<ImageId>& ids,
@@ -68,17 +79,23 @@ Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2) {
   const Image& image1 = map.reconstruction().Image(id1);
   const Image& image2 = map.reconstruction().Image(id2);
   Votes votes;
+  std::vector<std::pair<Point3DId, Point3DId>> contradicting;
   for (const auto& match : map.MatchesOfPair(id1, id2)) {
     const Point2D& keypoint1 = image1.Point2D(match.point2D_idx1);
     const Point2D& keypoint2 = image2.Point2D(match.point2D_idx2);
     if (!keypoint1.HasPoint3D() || !keypoint2.HasPoint3D()) continue;
-    const Point3DId point1 = keypoint1.Point3DId(), point2 = keypoint2.Point3DId();
-    if (point1 == point2) {
+    if (keypoint1.Point3DId() == keypoint2.Point3DId()) {
       ++votes.agree;
-    } else if (!AreSeenApart(map.reconstruction(), point1, point2)) {
-      ++votes.contradict;
+    } else {
+      contradicting.emplace_back(keypoint1.Point3DId(), keypoint2.Point3DId());
     }
   }
+  votes.contradict = static_cast<int>(contradicting.size());
+  if (!IsTorn(votes)) return votes;
+  votes.contradict -= static_cast<int>(
+      std::count_if(contradicting.begin(), contradicting.end(), [&](const auto& points) {
+        return AreSeenApart(map.reconstruction(), points.first, points.second);
+      }));
   return votes;
 }
 

@@ -23,8 +23,9 @@ constexpr size_t kMaxPhotosAround = 100;  // that FindMisplacedAround looks at
 Votes CountVotes(const SceneMap& map, ImageId id1, ImageId id2);
 
 // Votes of the matches whose two keypoints both have points: a match agrees if they have one point
-// in common, and contradicts if each has its own. No vote has a match of two points that a photo
-// shows apart: it is false, as of two windows in a row, however right the poses are.
+// in common, and contradicts if each has its own. In a torn pair (IsTorn) a match of two points
+// that a photo shows apart has no vote: it is false, as of two windows in a row, however right the
+// poses.
 Votes CountCommonPoints(const SceneMap& map, ImageId id1, ImageId id2);
 
 // By its CountCommonPoints. If a part of a map has another scale than the rest, or is bent, its
