@@ -27,14 +27,16 @@ bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   if (!batch.is_of_place && (settled_.consistent || IsVerdictKnown(batch))) return false;
   MatchAgreement now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return false;
+  const auto is_whole = [&] {
+    return map_->reconstruction().NumRegImages() == map_->photos().size();
+  };
   // A map with wrong intrinsics would grow to one that is as wrong.
-  const bool may_grow = batch.is_of_place && now.IsExplained();
+  const bool may_grow = batch.is_of_place && !is_whole() && now.IsExplained();
   const bool has_grown = may_grow && GrowOverPlace(batch, now, sink);
   if (has_grown) now = CountMatches(options_, *map_, waiting_);
   if (options_.IsStopped()) return has_grown;
   settled_.consistent = !MayWin(batch, now);
-  const bool is_whole = map_->reconstruction().NumRegImages() == map_->photos().size();
-  if (settled_.consistent && (is_whole || !batch.is_of_place)) return has_grown;
+  if (settled_.consistent && (is_whole() || !batch.is_of_place)) return has_grown;
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place, batch.is_growing);
   if (options_.IsStopped()) return has_grown;  // it may not be complete
   num_pairs_rebuilt_ = map_->pairs().size();
