@@ -86,6 +86,13 @@ two_submaps_have() {
     cut -d / -f 3 | sort | uniq -c | awk -v n="$2" '$1 >= n' | wc -l) == 2 ]]
 }
 
+# status_holds SESSION [JQ_OPTION...] FILTER: what `skein status` tells of the session
+status_holds() {
+  local session=$1
+  shift
+  "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null | jq -e "$@" >/dev/null
+}
+
 finish() {
   "$SKEIN_BUILD/bin/skein" finish --session "$1" --lcm-url "$url" >"$workspace/finish.log" 2>&1 ||
     { cat "$workspace/finish.log"; fail "finish failed"; }

@@ -251,9 +251,7 @@ void FillMap(const SyntheticScene& scene, SceneMap* map) {
 
 size_t NumSeen(const SceneMap& map, const std::vector<Point3DId>& points, ImageId id) {
   return std::count_if(points.begin(), points.end(), [&](Point3DId point) {
-    const auto& track = map.reconstruction().Point3D(point).Track().Elements();
-    return std::any_of(track.begin(), track.end(),
-                       [id](const auto& element) { return element.image_id == id; });
+    return map.reconstruction().Point3D(point).Track().HasImage(id);
   });
 }
 

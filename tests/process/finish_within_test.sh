@@ -32,10 +32,7 @@ expect_report() {
 }
 
 # all_registered N: nothing is in work, and so many photos are registered
-all_registered() {
-  "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null |
-    jq -e --argjson n "$1" '.images | .in_flight == 0 and .registered == $n' >/dev/null
-}
+all_registered() { status_holds "$session" --argjson n "$1" '.images | .in_flight == 0 and .registered == $n'; }
 
 # expect_exportable N: the largest model has so many photos
 expect_exportable() {

@@ -53,11 +53,7 @@ agrees() {
     '$once[0].advice == [$all.advice[] | select(.agent == "agent-1")] and ($once[0].advice | length) == 1' >/dev/null
 }
 wait_until 60 "what is said once is what is said all the time" agrees
-status_tells() {
-  "$skein" status --session "$session" --lcm-url "$url" --once --json >"$workspace/status" 2>/dev/null &&
-    jq -e '.submaps[0].guidance.sentence // "" | . != ""' "$workspace/status" >/dev/null
-}
-wait_until 60 "skein status tells how good the surface is" status_tells
+wait_until 60 "skein status tells how good the surface is" status_holds "$session" '.submaps[0].guidance.sentence // "" | . != ""'
 kill -INT "$listener"
 wait "$listener" || true
 

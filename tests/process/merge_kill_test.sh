@@ -46,11 +46,6 @@ victim_instance() {
   esac
 }
 
-is_merged() {
-  "$SKEIN_BUILD/bin/skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null |
-    jq -e '.merges.done == 1 and .merges.open == 0' >/dev/null
-}
-
 # kill_at WHEN STEP WHO: one case
 kill_at() {
   local mark=$workspace/mark stopped victim
@@ -67,7 +62,7 @@ kill_at() {
   kill_service "$session" "$victim"
   kill -CONT "$stopped" 2>/dev/null || true
   # The finish may map all photos anew into one map; then nothing is left to merge.
-  wait_until 120 "the merge is done" is_merged
+  wait_until 120 "the merge is done" status_holds "$session" '.merges.done == 1 and .merges.open == 0'
   finish "$session"
   stop_services
   expect_one_map

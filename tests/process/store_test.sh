@@ -22,18 +22,14 @@ cat >"$workspace/full.toml" <<<$'[ingest]\nmin-free = 1000000000000000'
 start_reconstruction "$session" "$url" --config "$workspace/full.toml"
 publish "$session"
 # tells WHAT: as what a person has to mend
-tells() {
-  "$skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null |
-    jq -e --arg what "$1" 'any(.troubles[]; (.what | contains($what)) and .remedy != "")' >/dev/null
-}
+tells() { status_holds "$session" --arg what "$1" 'any(.troubles[]; (.what | contains($what)) and .remedy != "")'; }
 wait_until 30 "status tells it" tells 'the disk is almost full'
 wait_until 30 "the agents tell it" grep -q "skein agent: On .*: the disk is almost full.* on the disk that holds $session\. .* nothing that was sent is lost" "$workspace/agents.log"
 [[ $(count_facts "$session" image) == 0 ]] || fail "a photo was taken in without room"
 stop_services
 start_services "$session" "$url" --mappers 1
 await_agents
-is_trouble_over() { "$skein" status --once --json --session "$session" --lcm-url "$url" 2>/dev/null | jq -e '.troubles == []' >/dev/null; }
-wait_until 30 "nothing is to be mended" is_trouble_over
+wait_until 30 "nothing is to be mended" status_holds "$session" '.troubles == []'
 
 echo "a copy beside the live session ends nothing of it, and does not run"
 cp -a "$session" "$workspace/copy"

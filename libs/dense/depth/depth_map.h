@@ -58,6 +58,9 @@ struct DepthPhoto {
   DepthPose cam_from_world;
 };
 
+// Whether all numbers are finite, and the pixels have the camera's size.
+bool IsSound(const DepthPhoto& photo);
+
 // The depths at which the surface is searched, 0 < near < far.
 struct DepthRange {
   double near = 0, far = 0;
@@ -94,10 +97,16 @@ struct DepthMap {
     return depth(y, x) * camera.Ray({x + 0.5, y + 0.5}).homogeneous();
   }
 
+  // Makes holes of the pixels at which `where`, height x width, is not 0.
+  void MakeHoles(const cv::Mat1b& where);
+
   // Share of pixels that have a depth.
   double Completeness() const;
   double MedianDepth() const;  // 0 without depths
 };
+
+// The map of a photo before any depth is known.
+DepthMap HolesOf(const DepthPhoto& photo);
 
 // Asked between parts of a few milliseconds; true: stop. Empty: go on to the end.
 using DepthStop = std::function<bool()>;

@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <opencv2/imgproc.hpp>
 #include <stdexcept>
 
 #include "core/clock.h"
-#include "core/statistics.h"
 #include "depth/bare_areas.h"
 #include "depth/depth_regions.h"
 #include "depth/padded_rows.h"
@@ -49,18 +47,6 @@ class PartTimer {
   double* sum_;
   const double start_s_ = ThreadCpuS();
 };
-
-bool HasSize(const cv::Mat& pixels, const DepthCamera& camera) {
-  return pixels.cols == camera.width && pixels.rows == camera.height;
-}
-
-bool IsSound(const DepthPhoto& photo) {
-  const DepthCamera& camera = photo.camera;
-  return camera.width > 0 && camera.height > 0 && HasSize(photo.grey, camera) &&
-         (photo.valid.empty() || HasSize(photo.valid, camera)) && camera.focal_px.minCoeff() > 0 &&
-         camera.focal_px.allFinite() && camera.principal_point_px.allFinite() &&
-         photo.cam_from_world.rotation.allFinite() && photo.cam_from_world.translation.allFinite();
-}
 
 void CheckInput(const DepthPhoto& photo, const std::vector<const DepthPhoto*>& neighbours,
                 const DepthRange& range) {
@@ -168,8 +154,7 @@ class DepthSweep::Workspace {
       found->error(inside).copyTo(map.error(region.area));
     }
     const cv::Mat1b is_beyond = (map.depth < 1 / planes.last) | (map.depth > 1 / planes.first);
-    map.depth.setTo(0, is_beyond);
-    map.error.setTo(0, is_beyond);
+    map.MakeHoles(is_beyond);
     return map;
   }
 
@@ -215,11 +200,6 @@ class DepthSweep::Workspace {
       return std::sqrt(sum);
     }
   };
-
-  static DepthMap HolesOf(const DepthPhoto& photo) {
-    const cv::Size size = photo.grey.size();
-    return {photo.camera, photo.cam_from_world, cv::Mat1f(size, 0.0f), cv::Mat1f(size, 0.0f)};
-  }
 
   void MakeFamilies(const std::vector<SweepPlanes>& families,
                     const std::vector<const DepthPhoto*>& neighbours) {
@@ -613,17 +593,6 @@ std::optional<DepthMap> DepthSweep::Estimate(const DepthPhoto& photo,
   auto map = workspace_->Run(photo, neighbours, {1 / range.far, 1 / range.near}, stop);
   if (map) RemoveDepthsOfBareAreas(photo.grey, &*map);
   return map;
-}
-
-double DepthMap::Completeness() const {
-  return depth.empty() ? 0 : static_cast<double>(cv::countNonZero(depth)) / depth.total();
-}
-
-double DepthMap::MedianDepth() const {
-  std::vector<double> depths;
-  std::copy_if(depth.begin(), depth.end(), std::back_inserter(depths),
-               [](float one) { return one > 0; });
-  return UpperMedian(std::move(depths));
 }
 
 }  // namespace skein

@@ -174,8 +174,7 @@ CheckedDepths CheckIn(ScratchFile* file, const std::vector<DepthMap>& maps,
   checked.masks = MasksIn(file, maps, checked.maps, confirming);
   for (size_t i = 0; i < maps.size(); ++i) {
     const cv::Mat1b is_contradicted = checked.masks[i] == 0;
-    checked.maps[i].depth.setTo(0, is_contradicted);
-    checked.maps[i].error.setTo(0, is_contradicted);
+    checked.maps[i].MakeHoles(is_contradicted);
     checked.counts.push_back(CountDepths(maps[i], checked.maps[i], checked.masks[i]));
   }
   return checked;

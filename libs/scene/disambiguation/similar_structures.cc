@@ -227,11 +227,7 @@ class Views {
     for (const Point2D& point2D : model_.Image(id1).Points2D()) {
       if (!point2D.HasPoint3D()) continue;
       const Point3D& point = model_.Point3D(point2D.Point3DId());
-      const auto& track = point.Track().Elements();
-      const bool is_common =
-          std::any_of(track.begin(), track.end(),
-                      [&](const TrackElement& element) { return element.image_id == id2; });
-      if (!is_common) continue;
+      if (!point.Track().HasImage(id2)) continue;
       angles.push_back(
           AngleBetween(centers_.Of(id1) - point.XYZ(), centers_.Of(id2) - point.XYZ()));
       if (angles.size() == kEnough) break;

@@ -25,6 +25,7 @@ class Track {
 
   const std::vector<TrackElement>& Elements() const { return elements_; }
   std::vector<TrackElement>& Elements() { return elements_; }
+  bool HasImage(ImageId image_id) const;
   // Throws std::out_of_range.
   const TrackElement& Element(size_t i) const { return elements_.at(i); }
 
