@@ -148,9 +148,9 @@ void AddFacade(const WallFrame& wall, double width_m, double height_m, int floor
 void AddRoof(const BuildingSpec& spec, const WallFrame walls[4], PlaceBuilder* builder,
              Random* random) {
   const double w = spec.width_m, d = spec.depth_m, rise = 0.35 * d;
-  const int texture =
-      builder->AddPainting(w + 1, d + 1, 40, Texture::Edge::kClamp, random->Next(),
-                           [](Random* r, Sheet* sheet) { PaintWall(WallKind::kBrick, r, sheet); });
+  const int texture = builder->AddPainting(
+      w + 1, d + 1, std::min(40.0, spec.side_texels_per_m), Texture::Edge::kClamp, random->Next(),
+      [](Random* r, Sheet* sheet) { PaintWall(WallKind::kBrick, r, sheet); });
   const auto add = [&](const Eigen::Vector3f& origin, const Eigen::Vector3f& right,
                        const Eigen::Vector3f& down, Surface::Shape shape) {
     Surface surface;
@@ -273,6 +273,13 @@ void PaintGravel(Random* random, Sheet* sheet) {
   Modulate(Noise(sheet->image.size(), sheet->Px(2), 1, 0.8f, random), 0.15f, &sheet->image);
 }
 
+// A field or a meadow with bushes and stones.
+void PaintLand(Random* random, Sheet* sheet) {
+  sheet->image.setTo(RandomColor(random, 80, 150, 0.15));
+  PaintSpeckle(0.3, 0.3, 3, 0.5, random, sheet);
+  Modulate(Noise(sheet->image.size(), sheet->Px(30), 1, 0.8f, random), 0.2f, &sheet->image);
+}
+
 }  // namespace
 
 void AddStockpile(uint64_t seed, PlaceBuilder* builder) {
@@ -286,6 +293,29 @@ void AddStockpile(uint64_t seed, PlaceBuilder* builder) {
   std::vector<Surface> heap;
   AddCone(Eigen::Isometry3d::Identity(), kStockpileRadiusM, kStockpileHeightM, gravel, &heap);
   builder->AddSurfaces(heap);
+}
+
+void AddTown(double size_m, uint64_t seed, PlaceBuilder* builder) {
+  constexpr double kBlockM = 50, kTexelsPerM = 8;
+  Random random(seed);
+  const int blocks = static_cast<int>(std::ceil(size_m / kBlockM));
+  for (int i = 0; i < blocks * blocks; ++i) {
+    const Vector2d corner =
+        Vector2d(i % blocks, i / blocks) * kBlockM - Vector2d::Constant(blocks * kBlockM / 2);
+    Surface land;
+    land.origin = Vector3d(corner.x(), corner.y() + kBlockM, 0).cast<float>();
+    land.right = Eigen::Vector3f(kBlockM, 0, 0);
+    land.down = Eigen::Vector3f(0, -kBlockM, 0);
+    land.texture = builder->AddPainting(kBlockM, kBlockM, kTexelsPerM, Texture::Edge::kClamp,
+                                        random.Next(), PaintLand);
+    builder->AddSurface(land);
+    const Vector2d aside(random.Uniform(0.4, 0.6), random.Uniform(0.4, 0.6));
+    const int floors = random.Int(1, 5);
+    AddBuilding({corner + kBlockM * aside, random.Uniform(0, M_PI), random.Uniform(9, 20),
+                 random.Uniform(8, 14), 3.1 * floors, floors, random.Chance(0.5), kTexelsPerM,
+                 kTexelsPerM, random.Next()},
+                builder);
+  }
 }
 
 void AddCourtyard(uint64_t seed, PlaceBuilder* builder) {

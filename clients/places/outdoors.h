@@ -45,4 +45,8 @@ void AddCourtyard(uint64_t seed, PlaceBuilder* builder);
 constexpr double kStockpileRadiusM = 6, kStockpileHeightM = 4;
 void AddStockpile(uint64_t seed, PlaceBuilder* builder);
 
+// Houses on open land, a square of `size_m` around the origin, as seen from a drone: paintings of
+// 8 texels a metre.
+void AddTown(double size_m, uint64_t seed, PlaceBuilder* builder);
+
 }  // namespace skein::sim

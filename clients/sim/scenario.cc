@@ -23,6 +23,9 @@ constexpr double kCorridorStepM = 0.45;
 constexpr double kCorridorOwnShare = 0.72;  // of an agent's photos before the next one's begin
 constexpr double kCorridorMarginM = 3;
 
+// Of a photo of 140 x 105 m on the ground, lanes share 68 %, photos of a lane 76 %.
+constexpr double kSurveyAltitudeM = 120, kSurveyStepM = 25, kSurveyLaneM = 45;
+
 constexpr double kVideoOwnShare = 0.8;  // of an agent's frames before the next one's begin
 constexpr double kVideoWallM = 1.2;     // from the walls
 
@@ -147,6 +150,34 @@ Aim StockpileView(const ScenarioOptions& options, int agent, int i) {
   return {turn * view.center, turn * view.target};
 }
 
+int SurveyLanes(const ScenarioOptions& options) {
+  const double area = options.agents * options.photos * kSurveyStepM * kSurveyLaneM;
+  return std::max(1, static_cast<int>(std::lround(std::sqrt(area) / kSurveyLaneM)));
+}
+
+int SurveyPhotosOfALane(const ScenarioOptions& options) {
+  const int lanes = SurveyLanes(options);
+  return (options.agents * options.photos + lanes - 1) / lanes;
+}
+
+// To and fro in lanes, looking down; an agent goes on where the one before it ends.
+Aim SurveyView(const ScenarioOptions& options, int agent, int i) {
+  constexpr double kForwardM = 10;
+  const int lanes = SurveyLanes(options), photos = SurveyPhotosOfALane(options);
+  const int at = agent * options.photos + i, lane = at / photos, step = at % photos;
+  const double heading = lane % 2 == 0 ? 1 : -1;
+  const Vector3d center(heading * kSurveyStepM * (step - 0.5 * (photos - 1)),
+                        kSurveyLaneM * (lane - 0.5 * (lanes - 1)), kSurveyAltitudeM);
+  return {center, center + Vector3d(heading * kForwardM, 0, -kSurveyAltitudeM)};
+}
+
+// With what the outermost photos see.
+double SurveySize(const ScenarioOptions& options) {
+  return std::max(SurveyPhotosOfALane(options) * kSurveyStepM,
+                  SurveyLanes(options) * kSurveyLaneM) +
+         2 * kSurveyAltitudeM;
+}
+
 PlainRoomSpec VideoRoom(const ScenarioOptions& options) {
   PlainRoomSpec room;
   room.half_m.x() = std::min(9.0, 3.2 + 1.2 * (options.agents - 1));
@@ -190,6 +221,8 @@ Aim PlanView(const ScenarioOptions& options, int agent, int i) {
       return CourtyardView(options, agent, i);
     case Scenario::kStockpile:
       return StockpileView(options, agent, i);
+    case Scenario::kSurvey:
+      return SurveyView(options, agent, i);
     default:
       return RingView(options, agent, i);
   }
@@ -225,7 +258,7 @@ const std::vector<std::pair<std::string, Scenario>>& Table() {
       {"furniture", Scenario::kFurniture}, {"corridor", Scenario::kCorridor},
       {"video", Scenario::kVideo},         {"blank", Scenario::kBlank},
       {"crowd", Scenario::kCrowd},         {"courtyard", Scenario::kCourtyard},
-      {"stockpile", Scenario::kStockpile}};
+      {"stockpile", Scenario::kStockpile}, {"survey", Scenario::kSurvey}};
   return table;
 }
 
@@ -325,6 +358,9 @@ Place BuildPlace(const ScenarioOptions& options, int threads) {
       break;
     case Scenario::kStockpile:
       AddStockpile(options.seed, &builder);
+      break;
+    case Scenario::kSurvey:
+      AddTown(SurveySize(options), options.seed, &builder);
       break;
     default:
       AddSquare({{0, 0}, random.Fork(1).Next(), random.Fork(2).Next()}, &builder);

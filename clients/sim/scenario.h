@@ -25,6 +25,7 @@ enum class Scenario {
   kCrowd,         // all agents are tourists before one monument
   kCourtyard,     // all agents around one yard between façades of equal bays
   kStockpile,     // each agent flies around a heap, then over it
+  kSurvey,        // drones fly lanes over one town, 0.11 hectares a photo
 };
 std::optional<Scenario> ParseScenario(const std::string& name);
 std::vector<std::string> ScenarioNames();

@@ -55,6 +55,25 @@ TEST(Walks, StockpileIsFlownAroundAndOver) {
   }
 }
 
+TEST(Walks, SurveyCoversASquareInLanes) {
+  ScenarioOptions options;
+  options.scenario = Scenario::kSurvey;
+  options.agents = 3;
+  options.photos = 300;
+  double low = 0, high = 0;
+  for (const Walk& walk : PlanWalks(options)) {
+    for (int i = 0; i < options.photos; ++i) {
+      const Pose& pose = walk.shots[i].pose;
+      low = std::min(low, pose.center.head<2>().minCoeff());
+      high = std::max(high, pose.center.head<2>().maxCoeff());
+      EXPECT_LT((pose.cam_from_world.conjugate() * Eigen::Vector3d::UnitZ()).z(), -0.98);
+      if (i == 0) continue;
+      EXPECT_LT((pose.center - walk.shots[i - 1].pose.center).norm(), 46);
+    }
+  }
+  EXPECT_NEAR(high - low, 1000, 30);
+}
+
 TEST(Walks, AgentsOfTheSharedObjectKeepToTheirRooms) {
   ScenarioOptions options;
   options.scenario = Scenario::kSharedObject;
