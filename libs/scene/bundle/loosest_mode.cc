@@ -120,19 +120,38 @@ class ReducedCovariance {
 
   double NoisePx() const { return std::sqrt(squared_residuals_ / redundancy_); }
 
-  // Of the centres' covariance for noise of 1 px, in this gauge. 3 rows a pose.
-  Eigen::VectorXd Multiply(const Eigen::VectorXd& d) const {
+  // S^-1 J' d, of which J is the derivative of the centres by the unknowns. `d`: 3 rows a pose.
+  Eigen::VectorXd Solve(const Eigen::VectorXd& d) const {
     Eigen::VectorXd x = Eigen::VectorXd::Zero(layout_.size);
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
       x.segment<3>(layout_.pose_row[i] + 3) = bundle_.poses[i].R * d.segment<3>(3 * i);
     }
-    x = system_->SolveAgain(x);
-    Eigen::VectorXd product(d.size());
+    return system_->SolveAgain(x);
+  }
+  // J x. Of Solve's: d times the centres' covariance for noise of 1 px, in this gauge.
+  Eigen::VectorXd Displacements(const Eigen::VectorXd& x) const {
+    Eigen::VectorXd d(3 * bundle_.poses.size());
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
-      product.segment<3>(3 * i) =
-          bundle_.poses[i].R.transpose() * x.segment<3>(layout_.pose_row[i] + 3);
+      d.segment<3>(3 * i) = bundle_.poses[i].R.transpose() * x.segment<3>(layout_.pose_row[i] + 3);
     }
-    return product;
+    return d;
+  }
+
+  // Variances of the centres' coordinates along some directions, summed, with the residuals of a
+  // photo as one draw. `X`: a column for each direction, Solve's.
+  double SumVariances(const Eigen::MatrixXd& X) const {
+    const std::vector<PointRange> ranges = SplitPoints(bundle_);
+    // Score of each pose's residuals along each direction.
+    std::vector<Eigen::MatrixXd> scores(ranges.size(),
+                                        Eigen::MatrixXd::Zero(bundle_.poses.size(), X.cols()));
+    ForEachOnThreads(num_threads_, ranges.size(), [&](size_t i) {
+      PointTerms terms;
+      for (int p = ranges[i].begin; p < ranges[i].end; ++p) {
+        ForEachPiece(bundle_.points[p], &terms, [&] { AddScores(X, &terms, &scores[i]); });
+      }
+    });
+    for (size_t i = 1; i < scores.size(); ++i) scores[0] += scores[i];
+    return scores[0].squaredNorm();
   }
 
  private:
@@ -163,20 +182,56 @@ class ReducedCovariance {
     }
   }
 
-  void AddPoint(const BundlePoint& point, PointTerms* terms, Part* part) const {
+  // Calls `use` with each piece of the point in `terms`.
+  template <typename Use>
+  void ForEachPiece(const BundlePoint& point, PointTerms* terms, const Use& use) const {
     const int num_pieces = NumPieces(point);
     for (int piece = 0; piece < num_pieces; ++piece) {
       terms->Set(bundle_, layout_, loss_, point, 0.0, piece, num_pieces);
-      const double condition = terms->V.norm() * terms->V_inverse.norm();
-      if (!point.constant && !(condition < kMaxConditionOfPoint)) continue;
+      if (point.constant) {
+        terms->V_inverse.setZero();
+      } else if (!(terms->V.norm() * terms->V_inverse.norm() < kMaxConditionOfPoint)) {
+        continue;
+      }
+      use();
+    }
+  }
+
+  void AddPoint(const BundlePoint& point, PointTerms* terms, Part* part) const {
+    ForEachPiece(point, terms, [&] {
       AddDirect(*terms, part->system.get());
       if (!point.constant) EliminatePoint(terms, part->system.get());
       for (int i = 0; i < terms->size; ++i) {
         part->squared_residuals += terms->terms[i].residual.squaredNorm();
       }
       part->redundancy += 2 * terms->size;
-    }
+    });
     if (!point.constant) part->redundancy -= 3;
+  }
+
+  // Each residual times what it changes by when the map moves along a direction and the point
+  // follows.
+  static void AddScores(const Eigen::MatrixXd& X, PointTerms* point, Eigen::MatrixXd* scores) {
+    point->SetCouplings();
+    Eigen::Matrix<double, 3, Eigen::Dynamic> pull =
+        Eigen::Matrix<double, 3, Eigen::Dynamic>::Zero(3, X.cols());
+    for (int i = 0; i < point->size; ++i) {
+      pull += point->terms[i].W.transpose() * X.middleRows<6>(point->terms[i].pose_row);
+    }
+    for (const Coupling& c : point->couplings) {
+      pull += c.W.topRows(c.size).transpose() * X.middleRows(c.row, c.size);
+    }
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> follow = point->V_inverse * pull;
+    for (int i = 0; i < point->size; ++i) {
+      const ObservationTerm& term = point->terms[i];
+      scores->row(term.pose) +=
+          term.residual.transpose() * term.J_pose * X.middleRows<6>(term.pose_row);
+      scores->row(term.pose) -= term.residual.transpose() * term.J_point * follow;
+      if (term.camera_row < 0) continue;
+      scores->row(term.pose) += term.residual.transpose() *
+                                term.J_camera.leftCols(term.camera_size) *
+                                X.middleRows(term.camera_row, term.camera_size);
+    }
   }
 
   // In units of the noise, as the observations are.
@@ -229,11 +284,10 @@ class ReducedCovariance {
   double redundancy_ = 0;
 };
 
-// The covariance of the centres with similarities taken out.
-class ShapeCovariance {
+// Displacements of centres with similarities taken out.
+class Shapes {
  public:
-  ShapeCovariance(const Bundle& bundle, const ReducedCovariance& covariance)
-      : covariance_(covariance), similarities_(CentersOf(bundle)) {}
+  explicit Shapes(const Bundle& bundle) : similarities_(CentersOf(bundle)) {}
 
   Eigen::VectorXd Project(Eigen::VectorXd d) const {
     SimilarityFit fit;
@@ -243,47 +297,46 @@ class ShapeCovariance {
     for (int i = 0; i < num; ++i) d.segment<3>(3 * i) -= similarities_.Basis(i) * x;
     return d;
   }
-  Eigen::VectorXd Multiply(const Eigen::VectorXd& d) const {
-    return Project(covariance_.Multiply(Project(d)));
-  }
 
  private:
-  const ReducedCovariance& covariance_;
   const Similarities similarities_;
 };
 
+// Of the centres' covariance with similarities taken out: the largest eigenvalues, ascending, so
+// nearly all if they fall off.
 struct Spectrum {
-  double sum = 0;  // of the eigenvalues found, so of nearly all if they fall off
-  double largest = 0;
-  Eigen::VectorXd vector;  // of the largest
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;    // a column for each
+  Eigen::MatrixXd solutions;  // ReducedCovariance::Solve of each
 };
 
 // Lanczos iterations with full reorthogonalisation.
-Spectrum FindSpectrum(const ShapeCovariance& covariance, int size) {
+Spectrum FindSpectrum(const ReducedCovariance& covariance, const Shapes& shapes, int size) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   Eigen::VectorXd q(size);
   for (double& value : q) value = normal(random);
-  q = covariance.Project(q);
-  std::vector<Eigen::VectorXd> basis;
+  q = shapes.Project(q);
+  Eigen::MatrixXd basis(size, kLanczosIterations), solutions;
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(kLanczosIterations, kLanczosIterations);
-  for (int k = 0; k < kLanczosIterations && q.norm() > 0; ++k) {
-    if (k > 0 && q.norm() <= kNothingLeft * T(0, 0)) break;
-    basis.push_back(q.normalized());
-    q = covariance.Multiply(basis[k]);
-    T(k, k) = basis[k].dot(q);
+  int num = 0;
+  while (num < kLanczosIterations && q.norm() > (num == 0 ? 0 : kNothingLeft * T(0, 0))) {
+    const int k = num++;
+    basis.col(k) = q.normalized();
+    const Eigen::VectorXd x = covariance.Solve(basis.col(k));
+    solutions.conservativeResize(x.size(), num);
+    solutions.col(k) = x;
+    q = shapes.Project(covariance.Displacements(x));
+    T(k, k) = basis.col(k).dot(q);
     for (int pass = 0; pass < 2; ++pass) {
-      for (const Eigen::VectorXd& b : basis) q -= b.dot(q) * b;
+      for (int i = 0; i < num; ++i) q -= basis.col(i).dot(q) * basis.col(i);
     }
-    if (k + 1 < kLanczosIterations) T(k + 1, k) = q.norm();
+    if (num < kLanczosIterations) T(num, k) = q.norm();
   }
-  const int num = static_cast<int>(basis.size());
-  if (num == 0) return {0, 0, q};
+  if (num == 0) return {};
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.topLeftCorner(num, num));
-  Spectrum spectrum{eigen.eigenvalues().sum(), eigen.eigenvalues()[num - 1],
-                    Eigen::VectorXd::Zero(size)};
-  for (int i = 0; i < num; ++i) spectrum.vector += eigen.eigenvectors()(i, num - 1) * basis[i];
-  return spectrum;
+  return {eigen.eigenvalues(), basis.leftCols(num) * eigen.eigenvectors(),
+          solutions * eigen.eigenvectors()};
 }
 
 // Points that two poses observe.
@@ -378,15 +431,20 @@ std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, int num_threads
   ReducedCovariance covariance(bundle, num_threads);
   if (!covariance.Decompose()) return std::nullopt;
   const int num = static_cast<int>(bundle.poses.size());
-  const Spectrum spectrum = FindSpectrum(ShapeCovariance(bundle, covariance), 3 * num);
+  const Spectrum spectrum = FindSpectrum(covariance, Shapes(bundle), 3 * num);
   LoosestMode mode;
   mode.noise_px = covariance.NoisePx();
-  const double length = mode.noise_px * std::sqrt(spectrum.largest);
+  mode.displacements.assign(num, Eigen::Vector3d::Zero());
+  if (spectrum.values.size() == 0) return mode;
+  const double length = mode.noise_px * std::sqrt(spectrum.values.tail<1>().value());
   mode.sigma = length / std::sqrt(num);
-  mode.expected_error = mode.noise_px * std::sqrt(spectrum.sum / num);
+  const double independent = mode.noise_px * mode.noise_px * spectrum.values.sum();
+  mode.expected_error =
+      std::sqrt(std::max(independent, covariance.SumVariances(spectrum.solutions)) / num);
   if (!std::isfinite(mode.expected_error)) return std::nullopt;
   for (int i = 0; i < num; ++i) {
-    mode.displacements.emplace_back(length * spectrum.vector.segment<3>(3 * i));
+    mode.displacements[i] =
+        length * spectrum.vectors.col(spectrum.vectors.cols() - 1).segment<3>(3 * i);
   }
   return mode;
 }

@@ -13,7 +13,8 @@ namespace skein {
 struct LoosestMode {
   // Standard deviation of the positions along it, RMS over the poses; unit of the world's frame.
   double sigma = 0;
-  // Expected position error, RMS over the poses: of this and the next modes together.
+  // Expected position error, RMS over the poses: of this and the next modes together. The residuals
+  // of a photo are taken as one draw, as they share errors; at least that of independent noise.
   double expected_error = 0;
   // Standard deviation of an observation's coordinate: the a posteriori standard deviation of unit
   // weight, from the residuals and the redundancy.
@@ -27,8 +28,12 @@ struct LoosestMode {
 // eliminated, the refined intrinsics are unknowns with their priors. C is the covariance of the
 // centres once the best similarity is taken out (the S-transformation of Baarda, as in Triggs et
 // al., Bundle Adjustment - A Modern Synthesis, section 9). The mode is C's largest eigenvector, by
-// 20 Lanczos iterations with one Cholesky decomposition of the reduced system; the expected error
-// sums the eigenvalues that these find. The bundle was minimised with the loss of BundleOptions.
+// 20 Lanczos iterations with one Cholesky decomposition of the reduced system. The expected error
+// sums variances along the eigenvectors v that these find. Independent noise has v' C v. Errors
+// that a photo's observations share have (sum of r' d)^2, summed over the photos, where r are the
+// photo's residuals, which change by d along v. The estimator is the sandwich of White (1980), with
+// a cluster for each photo (Liang and Zeger 1986). The larger sum counts. The bundle was minimised
+// with the loss of BundleOptions.
 // The result does not depend on the number of threads. Nothing if the observations leave a pose
 // undetermined. Throws std::invalid_argument if a pose is constant.
 std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, int num_threads = 1);

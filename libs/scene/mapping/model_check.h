@@ -15,9 +15,8 @@ constexpr int kMinTie = 15;
 struct ShapeCheck {
   // Expected position error, RMS over the photos, as a fraction of the extent (the largest distance
   // between two photos): what `skein evaluate` measures against a truth. At most 1; 1 if a photo is
-  // not determined at all. 0: not known. The noise is that of the map's own residuals,
-  // times 2, as observations share errors. Photos in a wrong place are not in it, unless fewer than
-  // kMinTie points tie their part to the rest: then it is 1.
+  // not determined at all. 0: not known. LoosestMode::expected_error times 4. Photos in a wrong
+  // place are not in it, unless fewer than kMinTie points tie their part to the rest: then it is 1.
   double position_sigma = 0;
   // The photos between which the loosest mode bends (WeakestCut), or between which the tie is too
   // thin (ThinnestCut); 0: none.

@@ -422,7 +422,7 @@ void Submap::Finish(const EventSink& sink, const Again& again) {
   settled_.consistent = false;
   if (!again.is_allowed) return;
   if (MapAsBatch({false, {}, again.absorb}, sink)) AdjustWithPointsAnew(sink);
-  if (grew_on_false_pose_ && !IsVerdictKnown({}) && !options_.IsStopped()) TakeSmallerError(sink);
+  if (MayHaveSmallerError() && !options_.IsStopped()) TakeSmallerError(sink);
 }
 
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {

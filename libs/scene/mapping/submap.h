@@ -214,6 +214,7 @@ class Submap {
   bool Withdraw(ImageId id, const Refusal& refusal, const EventSink& sink);
 
   void AdjustWithPointsAnew(const EventSink& sink);
+  bool MayHaveSmallerError() const;
   void TakeSmallerError(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   bool IsVerdictKnown(const Batch& batch) const;
@@ -246,6 +247,7 @@ class Submap {
   ImageId first_ = 0;          // of the initial pair
   bool is_maintained_ = true;  // see LeaveOutMaintenance
   bool has_larger_neighbour_ = false;
+  size_t num_pairs_compared_ = 0;    // by TakeSmallerError
   bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:
