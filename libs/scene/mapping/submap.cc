@@ -357,9 +357,7 @@ void Submap::RefineUntilStable(const EventSink& sink) {
     if (!settled_.checked) {
       settled_.refined = settled_.checked = true;  // until a photo comes or goes
       WithdrawContradicted(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-      const std::vector<ImageId> false_poses = consistency_.FindPhotosWithBetterPose();
-      grew_on_false_pose_ |= !false_poses.empty();
-      WithdrawForRetry(false_poses,
+      WithdrawForRetry(consistency_.FindPhotosWithBetterPose(),
                        {Refusal::Cause::kContradicted, "another pose fits its points better"},
                        sink);
     }

@@ -247,8 +247,7 @@ class Submap {
   ImageId first_ = 0;          // of the initial pair
   bool is_maintained_ = true;  // see LeaveOutMaintenance
   bool has_larger_neighbour_ = false;
-  size_t num_pairs_compared_ = 0;    // by TakeSmallerError
-  bool grew_on_false_pose_ = false;  // a photo had another, better pose when the map was settled
+  size_t num_pairs_compared_ = 0;  // by TakeSmallerError
   bool may_be_misplaced_ = false;  // a sign of misplaced photos was seen since they were looked for
   // Parts of a finish that need not be repeated, as no photo has come or gone since:
   struct Settled {

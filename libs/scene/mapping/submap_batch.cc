@@ -189,11 +189,11 @@ void Submap::ReplaceByRebuilt(Submap* anew, const EventSink& sink) {
                  sink);
 }
 
-// A photo that stood at a false pose, or wrong intrinsics of few photos, bend the map that grows on
-// it, and a map that is bent so is a minimum of its own.
+// Wrong intrinsics of the first photos, or a photo at a false pose, bend the map that grows on
+// them, and a map that is bent so can be a minimum of its own.
 bool Submap::MayHaveSmallerError() const {
-  const bool is_loose = adjuster_.check().shape.position_sigma > kLoosePosition;
-  return (grew_on_false_pose_ || is_loose) && map_->pairs().size() != num_pairs_compared_;
+  return adjuster_.check().shape.position_sigma > kLoosePosition &&
+         map_->pairs().size() != num_pairs_compared_;
 }
 
 // A map of all photos at once has no history. Both are finished, so that their errors can be
