@@ -188,6 +188,18 @@ void AddPile(const Vector2d& at, PlaceBuilder* builder, Random* random) {
   }
 }
 
+// A square of ground. `corner`: its smallest x and largest y.
+void AddGroundTile(const Vector2d& corner, double side_m, double texels_per_m, uint64_t seed,
+                   const PlaceBuilder::Painter& paint, PlaceBuilder* builder) {
+  Surface surface;
+  surface.origin = Vector3d(corner.x(), corner.y(), 0).cast<float>();
+  surface.right = Eigen::Vector3f(static_cast<float>(side_m), 0, 0);
+  surface.down = Eigen::Vector3f(0, static_cast<float>(-side_m), 0);
+  surface.texture =
+      builder->AddPainting(side_m, side_m, texels_per_m, Texture::Edge::kClamp, seed, paint);
+  builder->AddSurface(surface);
+}
+
 void AddGround(const Vector2d& center, bool neat, PlaceBuilder* builder, Random* random) {
   const auto paint = [neat](Random* r, Sheet* sheet) {
     PaintGround(r, sheet);
@@ -197,14 +209,8 @@ void AddGround(const Vector2d& center, bool neat, PlaceBuilder* builder, Random*
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) {
       const bool inner = (i == 1 || i == 2) && (j == 1 || j == 2);
-      Surface surface;
-      surface.origin = Vector3d(center.x() - half + i * tile, center.y() - half + (j + 1) * tile, 0)
-                           .cast<float>();
-      surface.right = Eigen::Vector3f(static_cast<float>(tile), 0, 0);
-      surface.down = Eigen::Vector3f(0, static_cast<float>(-tile), 0);
-      surface.texture = builder->AddPainting(tile, tile, inner ? 70 : 35, Texture::Edge::kClamp,
-                                             random->Next(), paint);
-      builder->AddSurface(surface);
+      AddGroundTile({center.x() - half + i * tile, center.y() - half + (j + 1) * tile}, tile,
+                    inner ? 70 : 35, random->Next(), paint, builder);
     }
   }
 }
@@ -302,13 +308,8 @@ void AddTown(double size_m, uint64_t seed, PlaceBuilder* builder) {
   for (int i = 0; i < blocks * blocks; ++i) {
     const Vector2d corner =
         Vector2d(i % blocks, i / blocks) * kBlockM - Vector2d::Constant(blocks * kBlockM / 2);
-    Surface land;
-    land.origin = Vector3d(corner.x(), corner.y() + kBlockM, 0).cast<float>();
-    land.right = Eigen::Vector3f(kBlockM, 0, 0);
-    land.down = Eigen::Vector3f(0, -kBlockM, 0);
-    land.texture = builder->AddPainting(kBlockM, kBlockM, kTexelsPerM, Texture::Edge::kClamp,
-                                        random.Next(), PaintLand);
-    builder->AddSurface(land);
+    AddGroundTile(corner + Vector2d(0, kBlockM), kBlockM, kTexelsPerM, random.Next(), PaintLand,
+                  builder);
     const Vector2d aside(random.Uniform(0.4, 0.6), random.Uniform(0.4, 0.6));
     const int floors = random.Int(1, 5);
     AddBuilding({corner + kBlockM * aside, random.Uniform(0, M_PI), random.Uniform(9, 20),

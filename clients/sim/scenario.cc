@@ -23,7 +23,7 @@ constexpr double kCorridorStepM = 0.45;
 constexpr double kCorridorOwnShare = 0.72;  // of an agent's photos before the next one's begin
 constexpr double kCorridorMarginM = 3;
 
-// Of a photo of 140 x 105 m on the ground, lanes share 68 %, photos of a lane 76 %.
+// A photo shows 140 x 105 m of the ground. Lanes share 68 % of that, photos of a lane 76 %.
 constexpr double kSurveyAltitudeM = 120, kSurveyStepM = 25, kSurveyLaneM = 45;
 
 constexpr double kVideoOwnShare = 0.8;  // of an agent's frames before the next one's begin

@@ -118,6 +118,7 @@ class ReducedCovariance {
            system_->SolveAgain(Eigen::VectorXd::Ones(layout_.size)).allFinite();
   }
 
+  int num_unknowns() const { return layout_.size; }
   double NoisePx() const { return std::sqrt(squared_residuals_ / redundancy_); }
 
   // S^-1 J' d, of which J is the derivative of the centres by the unknowns. `d`: 3 rows a pose.
@@ -284,49 +285,40 @@ class ReducedCovariance {
   double redundancy_ = 0;
 };
 
-// Displacements of centres with similarities taken out.
-class Shapes {
- public:
-  explicit Shapes(const Bundle& bundle) : similarities_(CentersOf(bundle)) {}
+// Displacements of centres, 3 rows each, with the best similarity taken out.
+Eigen::VectorXd WithoutSimilarity(const Similarities& similarities, Eigen::VectorXd d) {
+  SimilarityFit fit;
+  const int num = static_cast<int>(d.size() / 3);
+  for (int i = 0; i < num; ++i) fit.Add(similarities.Basis(i), d.segment<3>(3 * i));
+  const Vector7d x = fit.Solve();
+  for (int i = 0; i < num; ++i) d.segment<3>(3 * i) -= similarities.Basis(i) * x;
+  return d;
+}
 
-  Eigen::VectorXd Project(Eigen::VectorXd d) const {
-    SimilarityFit fit;
-    const int num = static_cast<int>(d.size() / 3);
-    for (int i = 0; i < num; ++i) fit.Add(similarities_.Basis(i), d.segment<3>(3 * i));
-    const Vector7d x = fit.Solve();
-    for (int i = 0; i < num; ++i) d.segment<3>(3 * i) -= similarities_.Basis(i) * x;
-    return d;
-  }
-
- private:
-  const Similarities similarities_;
-};
-
-// Of the centres' covariance with similarities taken out: the largest eigenvalues, ascending, so
-// nearly all if they fall off.
+// The covariance of the centres with similarities taken out.
 struct Spectrum {
-  Eigen::VectorXd values;
+  Eigen::VectorXd values;     // its largest eigenvalues, ascending: nearly all if they fall off
   Eigen::MatrixXd vectors;    // a column for each
   Eigen::MatrixXd solutions;  // ReducedCovariance::Solve of each
 };
 
 // Lanczos iterations with full reorthogonalisation.
-Spectrum FindSpectrum(const ReducedCovariance& covariance, const Shapes& shapes, int size) {
+Spectrum FindSpectrum(const ReducedCovariance& covariance, const Similarities& similarities,
+                      int size) {
   std::mt19937 random(1);
   std::normal_distribution<double> normal;
   Eigen::VectorXd q(size);
   for (double& value : q) value = normal(random);
-  q = shapes.Project(q);
-  Eigen::MatrixXd basis(size, kLanczosIterations), solutions;
+  q = WithoutSimilarity(similarities, q);
+  Eigen::MatrixXd basis(size, kLanczosIterations);
+  Eigen::MatrixXd solutions(covariance.num_unknowns(), kLanczosIterations);
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(kLanczosIterations, kLanczosIterations);
   int num = 0;
-  while (num < kLanczosIterations && q.norm() > (num == 0 ? 0 : kNothingLeft * T(0, 0))) {
+  while (num < kLanczosIterations && q.norm() > kNothingLeft * T(0, 0)) {
     const int k = num++;
     basis.col(k) = q.normalized();
-    const Eigen::VectorXd x = covariance.Solve(basis.col(k));
-    solutions.conservativeResize(x.size(), num);
-    solutions.col(k) = x;
-    q = shapes.Project(covariance.Displacements(x));
+    solutions.col(k) = covariance.Solve(basis.col(k));
+    q = WithoutSimilarity(similarities, covariance.Displacements(solutions.col(k)));
     T(k, k) = basis.col(k).dot(q);
     for (int pass = 0; pass < 2; ++pass) {
       for (int i = 0; i < num; ++i) q -= basis.col(i).dot(q) * basis.col(i);
@@ -336,7 +328,7 @@ Spectrum FindSpectrum(const ReducedCovariance& covariance, const Shapes& shapes,
   if (num == 0) return {};
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T.topLeftCorner(num, num));
   return {eigen.eigenvalues(), basis.leftCols(num) * eigen.eigenvectors(),
-          solutions * eigen.eigenvectors()};
+          solutions.leftCols(num) * eigen.eigenvectors()};
 }
 
 // Points that two poses observe.
@@ -431,7 +423,7 @@ std::optional<LoosestMode> FindLoosestMode(const Bundle& bundle, int num_threads
   ReducedCovariance covariance(bundle, num_threads);
   if (!covariance.Decompose()) return std::nullopt;
   const int num = static_cast<int>(bundle.poses.size());
-  const Spectrum spectrum = FindSpectrum(covariance, Shapes(bundle), 3 * num);
+  const Spectrum spectrum = FindSpectrum(covariance, Similarities(CentersOf(bundle)), 3 * num);
   LoosestMode mode;
   mode.noise_px = covariance.NoisePx();
   mode.displacements.assign(num, Eigen::Vector3d::Zero());

@@ -10,8 +10,9 @@
 namespace skein {
 namespace {
 
-// A map of the same photos is absorbed if this part of the matches agrees with it: mamechun-room's
-// had 0.99 and six photos more, one of photos and their mirror images had 0.51.
+// A map of the same photos is absorbed, or taken for its smaller errors, if this part of the
+// matches agrees with it. mamechun-room's had 0.99 and six photos more, one of photos and their
+// mirror images had 0.51.
 constexpr double kMinAgreeing = 0.9;
 
 // Expected position error, as a fraction of the extent, from which on a map may be the wrong one of
