@@ -417,8 +417,8 @@ class Run {
               << s.mean_track_length << " RMSE% " << PositionRmsePercent() << " sigma% "
               << 100 * s.check.shape.position_sigma << " weakest " << s.check.shape.loose_image
               << "-" << s.check.shape.anchor_image << " contradicting "
-              << s.check.pairs.num_contradicting << "/" << s.check.pairs.num_pairs << " cpu_s "
-              << seconds << " per photo " << seconds / num_photos << "\n";
+              << s.check.matches.num_contradicting << "/" << s.check.matches.num_matches
+              << " cpu_s " << seconds << " per photo " << seconds / num_photos << "\n";
     for (const auto& [id, state] : submap_.map().camera_states()) {
       std::cout << "  camera " << id << ":";
       for (const double param : submap_.map().reconstruction().Camera(id).Params()) {

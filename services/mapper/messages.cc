@@ -119,11 +119,11 @@ model_check_t ToMessage(const ModelCheck& check) {
   message.loose_image = check.shape.loose_image;
   message.anchor_image = check.shape.anchor_image;
   message.num_loose_images = check.shape.num_loose_images;
-  message.num_pairs = check.pairs.num_pairs;
-  message.num_contradicting_pairs = check.pairs.num_contradicting;
-  message.contradicting_image1 = check.pairs.strongest1;
-  message.contradicting_image2 = check.pairs.strongest2;
-  message.num_contradicting_matches = check.pairs.num_contradicting_matches;
+  message.num_matches = check.matches.num_matches;
+  message.num_contradicting_matches = check.matches.num_contradicting;
+  message.contradicting_image1 = check.matches.strongest1;
+  message.contradicting_image2 = check.matches.strongest2;
+  message.num_of_this_pair = check.matches.num_of_strongest;
   return message;
 }
 

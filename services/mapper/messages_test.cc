@@ -94,17 +94,17 @@ TEST(MapperMessages, SubmapTellsItsSizes) {
 TEST(MapperMessages, ModelTellsItsCheck) {
   ModelCheck check;
   check.shape = {0.02, 7, 8, 3};
-  check.pairs = {220, 14, 5, 6, 83};
+  check.matches = {2200, 214, 5, 6, 83};
   const model_check_t message = ToMessage(check);
   EXPECT_EQ(message.position_sigma, 0.02);
   EXPECT_EQ(message.loose_image, 7);
   EXPECT_EQ(message.anchor_image, 8);
   EXPECT_EQ(message.num_loose_images, 3);
-  EXPECT_EQ(message.num_pairs, 220);
-  EXPECT_EQ(message.num_contradicting_pairs, 14);
+  EXPECT_EQ(message.num_matches, 2200);
+  EXPECT_EQ(message.num_contradicting_matches, 214);
   EXPECT_EQ(message.contradicting_image1, 5);
   EXPECT_EQ(message.contradicting_image2, 6);
-  EXPECT_EQ(message.num_contradicting_matches, 83);
+  EXPECT_EQ(message.num_of_this_pair, 83);
 }
 
 // A model whose position on the earth has one outlier for each photo.

@@ -134,12 +134,13 @@ void Adjuster::Check(bool shape_is_known) {
   const Timer timer;
   if (!shape_is_known)
     check_.shape = CheckShape(BuildGlobalBundle(map_, true), options_.num_threads);
-  check_.pairs = CheckPairs(map_);
+  check_.matches = CheckMatches(map_);
   LogInfo(
-      "checked {} photos: position sigma {:.3f} % of the extent, {} of {} pairs contradict ({:.2f} "
+      "checked {} photos: position sigma {:.3f} % of the extent, {} of {} matches contradict "
+      "({:.2f} "
       "s)",
       map_.reconstruction().NumRegImages(), 100 * check_.shape.position_sigma,
-      check_.pairs.num_contradicting, check_.pairs.num_pairs, timer.ElapsedS());
+      check_.matches.num_contradicting, check_.matches.num_matches, timer.ElapsedS());
 }
 
 bool Adjuster::IsMapSmall() const {

@@ -37,25 +37,27 @@ ShapeCheck CheckShape(const Bundle& bundle, int num_threads) {
   return check;
 }
 
-PairCheck CheckPairs(const SceneMap& map) {
-  PairCheck check;
+MatchCheck CheckMatches(const SceneMap& map) {
+  MatchCheck check;
   for (const auto& [id1, id2] : map.pairs()) {
     if (!map.IsRegistered(id1) || !map.IsRegistered(id2)) continue;
-    const Votes common_points = CountCommonPoints(map, id1, id2);
-    if (common_points.Sum() == 0) continue;
-    ++check.num_pairs;
-    // Only matches without a common point can contradict.
-    const bool is_torn = IsTorn(common_points);
-    if (!is_torn && common_points.contradict < kMinContradiction) continue;
-    const Votes votes = CountVotes(map, id1, id2);
-    const bool contradicts = votes.contradict - votes.agree >= kMinContradiction;
-    if (!contradicts && !is_torn) continue;
-    ++check.num_contradicting;
-    const int num_matches = contradicts ? votes.contradict : common_points.contradict;
-    if (num_matches <= check.num_contradicting_matches) continue;
+    Votes votes = CountCommonPoints(map, id1, id2);
+    bool contradicts = IsTorn(votes);
+    // Only matches without a common point can contradict the poses.
+    if (contradicts || votes.contradict >= kMinContradiction) {
+      const Votes on_poses = CountVotes(map, id1, id2);
+      if (on_poses.contradict - on_poses.agree >= kMinContradiction) {
+        contradicts = true;
+        votes = on_poses;
+      }
+    }
+    check.num_matches += votes.Sum();
+    if (!contradicts) continue;
+    check.num_contradicting += votes.contradict;
+    if (votes.contradict <= check.num_of_strongest) continue;
     check.strongest1 = std::min(id1, id2);
     check.strongest2 = std::max(id1, id2);
-    check.num_contradicting_matches = num_matches;
+    check.num_of_strongest = votes.contradict;
   }
   return check;
 }

@@ -28,23 +28,24 @@ struct ShapeCheck {
 // decomposition of the reduced system, as the first step of the BA did, and 21 solutions with it.
 ShapeCheck CheckShape(const Bundle& bundle, int num_threads = 1);
 
-// Verified pairs of registered photos whose matches contradict the poses.
-struct PairCheck {
-  int num_pairs = 0;  // of which matches could be compared: both keypoints have points
-  int num_contradicting = 0;
+// Matches of verified pairs of registered photos that contradict the poses. Matches are counted,
+// not pairs: of a right map many pairs of similar structures contradict, by few matches each.
+struct MatchCheck {
+  int num_matches = 0;        // of which both keypoints have points
+  int num_contradicting = 0;  // of the pairs that contradict
   // The pair with most contradicting matches, and these; 0: none.
   ImageId strongest1 = 0, strongest2 = 0;
-  int num_contradicting_matches = 0;
+  int num_of_strongest = 0;
 };
 
 // A pair contradicts as two groups of photos do (misplaced.h): more matches contradict than agree,
 // by kMinContradiction at least. A torn pair contradicts, too. Visits all pairs.
-PairCheck CheckPairs(const SceneMap& map);
+MatchCheck CheckMatches(const SceneMap& map);
 
 // Errors of a map that its residuals don't show.
 struct ModelCheck {
   ShapeCheck shape;
-  PairCheck pairs;
+  MatchCheck matches;
 };
 
 }  // namespace skein

@@ -27,12 +27,12 @@ std::string Shape(const SessionState& state, const model_check_t& check) {
 }
 
 std::string Pairs(const SessionState& state, const model_check_t& check) {
-  if (check.num_contradicting_pairs <= kMaxContradictingShare * check.num_pairs) return "";
+  if (check.num_contradicting_matches <= kMaxContradictingShare * check.num_matches) return "";
   return fmt::format(
-      "contradicted: {} of {} verified pairs disagree with the poses, most of all "
-      "{} - {} by {} matches",
-      check.num_contradicting_pairs, check.num_pairs, state.NameOf(check.contradicting_image1),
-      state.NameOf(check.contradicting_image2), check.num_contradicting_matches);
+      "contradicted: {:.0f} % of the verified matches disagree with the poses, most of all {} of "
+      "{} - {}",
+      100.0 * check.num_contradicting_matches / check.num_matches, check.num_of_this_pair,
+      state.NameOf(check.contradicting_image1), state.NameOf(check.contradicting_image2));
 }
 
 }  // namespace
@@ -48,17 +48,17 @@ json CheckPart(const SessionState& state, const SubmapLife& submap) {
   if (!IsKnown(submap)) return nullptr;
   const model_check_t& check = submap.latest_model->check;
   json part = {{"expected_position_error_percent", 100 * check.position_sigma},
-               {"pairs", check.num_pairs},
-               {"contradicting_pairs", check.num_contradicting_pairs},
+               {"matches", check.num_matches},
+               {"contradicting_matches", check.num_contradicting_matches},
                {"verdict", VerdictOf(state, submap)}};
   if (check.loose_image != 0) {
     part["weakest_link"] = {state.NameOf(check.loose_image), state.NameOf(check.anchor_image)};
     part["photos_beyond_it"] = check.num_loose_images;
   }
-  if (check.num_contradicting_pairs > 0) {
+  if (check.num_contradicting_matches > 0) {
     part["most_contradicting_pair"] = {state.NameOf(check.contradicting_image1),
                                        state.NameOf(check.contradicting_image2)};
-    part["its_contradicting_matches"] = check.num_contradicting_matches;
+    part["its_contradicting_matches"] = check.num_of_this_pair;
   }
   return part;
 }

@@ -36,12 +36,12 @@ TEST_F(ModelVerdictTest, BelowTheThresholdOnlyFiguresAreTold) {
   check_.position_sigma = 0.009;
   check_.loose_image = 2;
   check_.anchor_image = 1;
-  check_.num_pairs = 7;
+  check_.num_matches = 7;
   const nlohmann::json part = CheckPart(ledger_.state(), WithCheck(check_));
   EXPECT_EQ(part["verdict"], "");
   EXPECT_DOUBLE_EQ(part["expected_position_error_percent"], 0.9);
   EXPECT_EQ(part["weakest_link"], nlohmann::json({"alice/2.jpg", "alice/1.jpg"}));
-  EXPECT_EQ(part["pairs"], 7);
+  EXPECT_EQ(part["matches"], 7);
   EXPECT_FALSE(part.contains("most_contradicting_pair"));
 }
 
@@ -65,25 +65,25 @@ TEST_F(ModelVerdictTest, APartThatHangsByFewPointsIsNamed) {
             "which they hang by alice/2.jpg - alice/1.jpg");
 }
 
-TEST_F(ModelVerdictTest, FewContradictingPairsAreOnlyInTheFigures) {
+TEST_F(ModelVerdictTest, FewContradictingMatchesAreOnlyInTheFigures) {
   check_.position_sigma = 0.001;
-  check_.num_pairs = 265;
-  check_.num_contradicting_pairs = 2;
+  check_.num_matches = 26500;
+  check_.num_contradicting_matches = 200;
   const nlohmann::json part = CheckPart(ledger_.state(), WithCheck(check_));
   EXPECT_EQ(part["verdict"], "");
-  EXPECT_EQ(part["contradicting_pairs"], 2);
+  EXPECT_EQ(part["contradicting_matches"], 200);
 }
 
-TEST_F(ModelVerdictTest, ManyContradictingPairsAreTold) {
+TEST_F(ModelVerdictTest, ManyContradictingMatchesAreTold) {
   check_.position_sigma = 0.001;
-  check_.num_pairs = 220;
-  check_.num_contradicting_pairs = 14;
+  check_.num_matches = 22000;
+  check_.num_contradicting_matches = 1400;
   check_.contradicting_image1 = 1;
   check_.contradicting_image2 = 2;
-  check_.num_contradicting_matches = 83;
+  check_.num_of_this_pair = 83;
   EXPECT_EQ(VerdictOf(ledger_.state(), WithCheck(check_)),
-            "contradicted: 14 of 220 verified pairs disagree with the poses, most of all "
-            "alice/1.jpg - alice/2.jpg by 83 matches");
+            "contradicted: 6 % of the verified matches disagree with the poses, most of all 83 of "
+            "alice/1.jpg - alice/2.jpg");
 }
 
 }  // namespace skein::model_verdict_test
