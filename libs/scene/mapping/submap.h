@@ -120,10 +120,11 @@ class Submap {
   };
   // Maps the photos again, by all pairs at once (rebuild.h), with the intrinsics that were found.
   // Before that a map of a place that explains its matches grows by the photos that it lacks, one
-  // by one. The new map stays if more verified matches agree with it, or about as many while it has
-  // more photos. Photos of another submap that show a visually similar place stay there. No photo
-  // may be lost that no other map has. Else its photos may be absorbed, if nearly as many matches
-  // agree with it. True if the map is another one now.
+  // by one. If it lacks only photos of visually similar places then, it is not mapped again. The
+  // new map stays if more verified matches agree with it, or about as many while it has more
+  // photos. Photos of another submap that show a visually similar place stay there. No photo may be
+  // lost that no other map has. Else its photos may be absorbed, if nearly as many matches agree
+  // with it. True if the map is another one now.
   bool MapAsBatch(const Batch& batch, const EventSink& sink);
 
   // Tries every photo that waits, also rejected ones, refines the map globally, and withdraws the
@@ -218,7 +219,6 @@ class Submap {
   void TakeSmallerError(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   bool IsVerdictKnown(const Batch& batch) const;
-  bool GrowOverPlace(const Batch& batch, const MatchAgreement& now, const EventSink& sink);
   bool TakeFromBatch(const Batch& batch, Submap* anew, const MatchAgreement& now,
                      const EventSink& sink);
   bool HasOthers(const SceneMap& anew) const;

@@ -38,23 +38,22 @@ bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   };
   // A map with wrong intrinsics would grow to one that is as wrong.
   const bool may_grow = batch.is_of_place && !is_whole() && now.IsExplained();
-  const bool has_grown = may_grow && GrowOverPlace(batch, now, sink);
+  // All photos at once may give less than one by one does: rotations of photos from many cameras
+  // and far directions have several minima.
+  const std::unique_ptr<Submap> grown = may_grow ? GrowToAll(*this, first_) : nullptr;
+  if (options_.IsStopped()) return false;  // it may not be complete
+  const bool has_grown = grown != nullptr && TakeFromBatch(batch, grown.get(), now, sink);
   if (has_grown) now = CountMatches(options_, *map_, waiting_);
+  // The photos that it leaves out show similar places, so all at once would not join them.
+  const bool has_all =
+      grown != nullptr && !MayWin(batch, CountMatches(options_, grown->map(), grown->waiting()));
   if (options_.IsStopped()) return has_grown;
   settled_.consistent = !MayWin(batch, now);
-  if (settled_.consistent && (is_whole() || !batch.is_of_place)) return has_grown;
+  if (settled_.consistent && (is_whole() || has_all || !batch.is_of_place)) return has_grown;
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place, batch.is_growing);
   if (options_.IsStopped()) return has_grown;  // it may not be complete
   num_pairs_rebuilt_ = map_->pairs().size();
   return (anew != nullptr && TakeFromBatch(batch, anew.get(), now, sink)) || has_grown;
-}
-
-// All photos at once may give less than one by one does: rotations of photos from many cameras and
-// far directions have several minima. True if the map is another one now.
-bool Submap::GrowOverPlace(const Batch& batch, const MatchAgreement& now, const EventSink& sink) {
-  const std::unique_ptr<Submap> grown = GrowToAll(*this, first_);
-  if (grown == nullptr || options_.IsStopped()) return false;
-  return TakeFromBatch(batch, grown.get(), now, sink);
 }
 
 // While photos come the last verdict holds until there are half as many pairs more; later, as long
