@@ -123,7 +123,7 @@ model_check_t ToMessage(const ModelCheck& check) {
   message.num_contradicting_matches = check.matches.num_contradicting;
   message.contradicting_image1 = check.matches.strongest1;
   message.contradicting_image2 = check.matches.strongest2;
-  message.num_of_this_pair = check.matches.num_of_strongest;
+  message.num_contradicting_of_pair = check.matches.num_of_strongest;
   return message;
 }
 

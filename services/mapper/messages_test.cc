@@ -104,7 +104,7 @@ TEST(MapperMessages, ModelTellsItsCheck) {
   EXPECT_EQ(message.num_contradicting_matches, 214);
   EXPECT_EQ(message.contradicting_image1, 5);
   EXPECT_EQ(message.contradicting_image2, 6);
-  EXPECT_EQ(message.num_of_this_pair, 83);
+  EXPECT_EQ(message.num_contradicting_of_pair, 83);
 }
 
 // A model whose position on the earth has one outlier for each photo.

@@ -137,8 +137,7 @@ void Adjuster::Check(bool shape_is_known) {
   check_.matches = CheckMatches(map_);
   LogInfo(
       "checked {} photos: position sigma {:.3f} % of the extent, {} of {} matches contradict "
-      "({:.2f} "
-      "s)",
+      "({:.2f} s)",
       map_.reconstruction().NumRegImages(), 100 * check_.shape.position_sigma,
       check_.matches.num_contradicting, check_.matches.num_matches, timer.ElapsedS());
 }

@@ -45,11 +45,13 @@ bool Submap::MapAsBatch(const Batch& batch, const EventSink& sink) {
   const bool has_grown = grown != nullptr && TakeFromBatch(batch, grown.get(), now, sink);
   if (has_grown) now = CountMatches(options_, *map_, waiting_);
   // The photos that it leaves out show similar places, so all at once would not join them.
-  const bool has_all =
-      grown != nullptr && !MayWin(batch, CountMatches(options_, grown->map(), grown->waiting()));
+  const auto has_all = [&] {
+    return grown != nullptr &&
+           !MayWin(batch, CountMatches(options_, grown->map(), grown->waiting()));
+  };
   if (options_.IsStopped()) return has_grown;
   settled_.consistent = !MayWin(batch, now);
-  if (settled_.consistent && (is_whole() || has_all || !batch.is_of_place)) return has_grown;
+  if (settled_.consistent && (is_whole() || !batch.is_of_place || has_all())) return has_grown;
   const std::unique_ptr<Submap> anew = MapAnew(*this, first_, batch.is_of_place, batch.is_growing);
   if (options_.IsStopped()) return has_grown;  // it may not be complete
   num_pairs_rebuilt_ = map_->pairs().size();

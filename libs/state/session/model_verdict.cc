@@ -26,12 +26,12 @@ std::string Shape(const SessionState& state, const model_check_t& check) {
                             state.NameOf(check.loose_image), state.NameOf(check.anchor_image));
 }
 
-std::string Pairs(const SessionState& state, const model_check_t& check) {
+std::string Matches(const SessionState& state, const model_check_t& check) {
   if (check.num_contradicting_matches <= kMaxContradictingShare * check.num_matches) return "";
   return fmt::format(
       "contradicted: {:.0f} % of the verified matches disagree with the poses, most of all {} of "
       "{} - {}",
-      100.0 * check.num_contradicting_matches / check.num_matches, check.num_of_this_pair,
+      100.0 * check.num_contradicting_matches / check.num_matches, check.num_contradicting_of_pair,
       state.NameOf(check.contradicting_image1), state.NameOf(check.contradicting_image2));
 }
 
@@ -40,8 +40,8 @@ std::string Pairs(const SessionState& state, const model_check_t& check) {
 std::string VerdictOf(const SessionState& state, const SubmapLife& submap) {
   if (!IsKnown(submap)) return "";
   const std::string shape = Shape(state, submap.latest_model->check);
-  const std::string pairs = Pairs(state, submap.latest_model->check);
-  return shape + (shape.empty() || pairs.empty() ? "" : "; ") + pairs;
+  const std::string matches = Matches(state, submap.latest_model->check);
+  return shape + (shape.empty() || matches.empty() ? "" : "; ") + matches;
 }
 
 json CheckPart(const SessionState& state, const SubmapLife& submap) {
@@ -58,7 +58,7 @@ json CheckPart(const SessionState& state, const SubmapLife& submap) {
   if (check.num_contradicting_matches > 0) {
     part["most_contradicting_pair"] = {state.NameOf(check.contradicting_image1),
                                        state.NameOf(check.contradicting_image2)};
-    part["its_contradicting_matches"] = check.num_of_this_pair;
+    part["its_contradicting_matches"] = check.num_contradicting_of_pair;
   }
   return part;
 }

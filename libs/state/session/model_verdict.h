@@ -11,7 +11,8 @@ namespace skein {
 // bent.
 constexpr double kMaxPositionSigma = 0.01;
 // Share of the verified matches that contradict the poses above which it is told. Right maps have
-// up to 1 %; of a hall of equal tables 8 % or more, where wrong maps have 11 %: nobody can tell.
+// up to 1 %. In a hall of equal tables right maps have 7 to 15 %, a wrong one has 11 %: matches do
+// not tell them apart.
 constexpr double kMaxContradictingShare = 0.05;
 
 // Verdict on a submap's latest model beside its residuals (mapping/model_check.h), for a person:

@@ -80,7 +80,7 @@ TEST_F(ModelVerdictTest, ManyContradictingMatchesAreTold) {
   check_.num_contradicting_matches = 1400;
   check_.contradicting_image1 = 1;
   check_.contradicting_image2 = 2;
-  check_.num_of_this_pair = 83;
+  check_.num_contradicting_of_pair = 83;
   EXPECT_EQ(VerdictOf(ledger_.state(), WithCheck(check_)),
             "contradicted: 6 % of the verified matches disagree with the poses, most of all 83 of "
             "alice/1.jpg - alice/2.jpg");
