@@ -235,7 +235,6 @@ class ReducedCovariance {
     }
   }
 
-  // In units of the noise, as the observations are.
   void AddPriors() {
     redundancy_ -= layout_.size - 7;
     if (redundancy_ <= 0) return;
@@ -245,8 +244,7 @@ class ReducedCovariance {
         const double sigma = camera.prior_sigma[camera.refined[k]];
         if (sigma <= 0) continue;
         const int row = layout_.camera_row[i] + static_cast<int>(k);
-        const double information = NoisePx() * NoisePx() / (sigma * sigma);
-        system_->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
+        system_->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(1 / (sigma * sigma)));
       }
     }
   }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/limits.h"
+#include "core/statistics.h"
 #include "map/bundle_assembly.h"
 #include "map/image_pose.h"
 #include "map/map_access.h"
@@ -48,6 +49,18 @@ std::vector<Point3DId> SomePoints(const Reconstruction& model, const std::vector
   return some;
 }
 
+// m^2 / (2 ln 2) * n / (n - p), in square pixels. m: median error, which mismatches hardly change;
+// of Gaussian noise of two coordinates m^2 is 2 ln 2 times the variance. n: coordinates of the
+// observations, p: those of the points that are refined.
+double NoiseVariance(const Bundle& bundle) {
+  const double num_coordinates = 2.0 * static_cast<double>(bundle.observations.size());
+  double num_fitted = 0;
+  for (const BundlePoint& point : bundle.points) num_fitted += point.constant ? 0 : 3;
+  if (num_coordinates <= num_fitted) return 1;
+  const double median = std::max(UpperMedian(ReprojectionErrors(bundle)), 0.01);
+  return median * median / (2 * std::log(2)) * num_coordinates / (num_coordinates - num_fitted);
+}
+
 }  // namespace
 
 BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_focal,
@@ -76,6 +89,7 @@ BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_foca
 }
 
 void ScalePriors(Bundle* bundle) {
+  const double variance = std::min(NoiseVariance(*bundle), 1.0);
   std::vector<double> num_images(bundle->cameras.size(), 0.0);
   std::vector<double> num_observations(bundle->cameras.size(), 0.0);
   for (const BundlePose& pose : bundle->poses) num_images[pose.camera] += 1;
@@ -84,7 +98,8 @@ void ScalePriors(Bundle* bundle) {
   }
   for (size_t i = 0; i < bundle->cameras.size(); ++i) {
     const double surplus = num_observations[i] / (kIndependentObservations * num_images[i]);
-    for (double& sigma : bundle->cameras[i].prior_sigma) sigma /= std::sqrt(std::max(1.0, surplus));
+    const double factor = std::sqrt(variance * std::max(1.0, surplus));
+    for (double& sigma : bundle->cameras[i].prior_sigma) sigma /= factor;
   }
 }
 

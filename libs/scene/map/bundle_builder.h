@@ -42,9 +42,12 @@ Bundle BuildBundleOfSome(const SceneMap& map, bool refine_cameras);
 // Its images.
 std::vector<ImageId> ImagesOfSome(const SceneMap& map);
 
-// Strengthens the priors of cameras: an image's observations weigh against them as
-// kIndependentObservations at most. With thousands of them a few images of a small angle would
-// drive the focal length away.
+// Puts the priors of cameras in units of the observations, which weigh as if their standard
+// deviation were 1 px: divides each sigma by s sqrt(max(1, m / k)). s: standard deviation of the
+// bundle's errors, 1 px at most, as the solver's loss weighs larger ones less. m: observations an
+// image of the camera. k: kIndependentObservations. Without k, thousands of observations in a few
+// images of a small angle drive the focal length away. Without s, a prior that is 3 % off shifts a
+// map of sharp photos.
 void ScalePriors(Bundle* bundle);
 
 // To the map it was built from, as image_pose.h tells.

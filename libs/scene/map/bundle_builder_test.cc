@@ -3,27 +3,67 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "testing/synthetic_scene.h"
 
 namespace skein::bundle_builder_test {
 
-TEST(Bundle, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
+// Two images of constant points, `error_px` beside where they are seen.
+Bundle MakePriorBundle(int num_observations, double error_px) {
+  Bundle bundle;
+  bundle.poses.resize(2);
+  bundle.cameras.resize(1);
+  BundleCamera& camera = bundle.cameras[0];
+  Camera pinhole;
+  pinhole.InitializeWithName("SIMPLE_PINHOLE", 1000, 1200, 900);
+  camera.model_id = pinhole.ModelId();
+  camera.params = camera.prior = pinhole.Params();
+  camera.prior_sigma = {100, 0, 10};
+  for (int i = 0; i < num_observations; ++i) {
+    bundle.points.push_back({0, Eigen::Vector3d::UnitZ(), i, 1, true});
+    bundle.observations.push_back({i % 2, 0, Eigen::Vector2d(600 + error_px, 450)});
+  }
+  return bundle;
+}
+
+// Of a Gaussian's errors of two coordinates, in its standard deviations.
+const double kMedianError = std::sqrt(2 * std::log(2));
+
+TEST(ScalePriors, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
   for (const int num_observations : {200, 200 * 16}) {
-    Bundle bundle;
-    bundle.poses.resize(2);
-    bundle.cameras.resize(1);
-    bundle.cameras[0].params = bundle.cameras[0].prior = {1000, 600, 450, 0};
-    bundle.cameras[0].prior_sigma = {100, 0, 0, 0.1};
-    for (int i = 0; i < num_observations; ++i)
-      bundle.observations.push_back({i % 2, 0, Eigen::Vector2d::Zero()});
+    Bundle bundle = MakePriorBundle(num_observations, kMedianError);
     ScalePriors(&bundle);
     const double factor = num_observations == 200 ? 1 : 4;
-    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[0], 100 / factor);
-    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[1], 0);
-    EXPECT_DOUBLE_EQ(bundle.cameras[0].prior_sigma[3], 0.1 / factor);
+    EXPECT_NEAR(bundle.cameras[0].prior_sigma[0], 100 / factor, 1e-9);
+    EXPECT_EQ(bundle.cameras[0].prior_sigma[1], 0);
+    EXPECT_NEAR(bundle.cameras[0].prior_sigma[2], 10 / factor, 1e-9);
   }
+}
+
+TEST(ScalePriors, ThePriorIsAsWeakAsTheObservationsAreSharp) {
+  Bundle bundle = MakePriorBundle(200, 0.2 * kMedianError);
+  ScalePriors(&bundle);
+  EXPECT_NEAR(bundle.cameras[0].prior_sigma[0], 500, 1e-9);
+}
+
+// Two observations a point: three of four coordinates fit the point, so the noise is twice the
+// error.
+TEST(ScalePriors, CoordinatesThatPointsFitAreNotCounted) {
+  Bundle bundle = MakePriorBundle(200, 0.2 * kMedianError);
+  bundle.points.clear();
+  for (int i = 0; i < 100; ++i) bundle.points.push_back({0, Eigen::Vector3d::UnitZ(), 2 * i, 2});
+  ScalePriors(&bundle);
+  EXPECT_NEAR(bundle.cameras[0].prior_sigma[0], 250, 1e-9);
+}
+
+TEST(ScalePriors, ErrorsThatAreZeroLeaveAFinitePrior) {
+  Bundle bundle = MakePriorBundle(200, 0);
+  ScalePriors(&bundle);
+  EXPECT_GT(bundle.cameras[0].prior_sigma[0], 1000);
+  EXPECT_TRUE(std::isfinite(bundle.cameras[0].prior_sigma[0]));
+  EXPECT_EQ(bundle.cameras[0].prior_sigma[1], 0);
 }
 
 void MapAtTruth(const SyntheticScene& scene, SceneMap* map) {

@@ -26,6 +26,19 @@ TEST(Submap, RecoversAFocalPriorThatIsWrongByAQuarterAndDistortion) {
   }
 }
 
+// The longer side in place of the diagonal is 4 % of the focal length in 35 mm.
+TEST(Submap, APriorThatIsWrongBy4PercentShiftsNoMapOfSharpPhotos) {
+  SyntheticOptions options;
+  options.num_photos = 4;
+  options.num_points = 3000;
+  options.prior_factor = 1.04;
+  options.noise_px = 0.05;
+  SubmapRig run(options);
+  run.FeedAll();
+  run.map.Finish(run.Sink());
+  EXPECT_NEAR(run.Focal(), 1000, 1);
+}
+
 TEST(Submap, TakesOtherCameraModels) {
   for (const char* model :
        {"PINHOLE", "RADIAL", "OPENCV", "FULL_OPENCV", "SIMPLE_RADIAL_FISHEYE"}) {

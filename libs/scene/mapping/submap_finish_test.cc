@@ -57,7 +57,7 @@ TEST(Submap, AFinishThatIsToStopFromTheStartLeavesTheMapAsItIs) {
   EXPECT_EQ(rig->map.Statistics().mean_reprojection_error_px, error_px);
 }
 
-TEST(Submap, AFinishMayStopAfterEachPartAndTheNextOneMakesUpForIt) {
+TEST(Submap, AFinishMayStopAnywhereAndTheNextOneMakesUpForIt) {
   StoppableRig whole;
   whole->FeedAll();
   const ModelArchive archive = SaveSubmap(&whole->map);
@@ -68,7 +68,9 @@ TEST(Submap, AFinishMayStopAfterEachPartAndTheNextOneMakesUpForIt) {
   const int num_questions = whole.num_asked();
   ASSERT_GT(num_questions, 10) << "of a finish that went to its end";
   const size_t num_tracks = TracksOf(whole->map.map()).size();
-  for (int n = 1; n <= num_questions; ++n) {
+  const int stride = std::max(1, num_questions / 32);
+  int num_stops = 0;
+  for (int n = 1; n <= num_questions; n += stride) {
     StoppableRig rig;
     for (size_t i = 0; i < rig->scene.photos.size(); ++i) rig->Add(i);
     ASSERT_TRUE(RestoreSubmap(archive, &rig->map).ok());
@@ -81,7 +83,7 @@ TEST(Submap, AFinishMayStopAfterEachPartAndTheNextOneMakesUpForIt) {
     EXPECT_GT(stopped.num_points * stopped.mean_track_length,
               0.97 * before.num_points * before.mean_track_length)
         << n;
-    if (n % 5 != 1) continue;
+    if (++num_stops % 4 != 1) continue;
     rig.StopAt(0);
     rig->map.Finish(rig->Sink());
     EXPECT_NEAR(TracksOf(rig->map.map()).size(), num_tracks, 0.01 * num_tracks) << n;
