@@ -19,6 +19,8 @@ run_with() {
     start_reconstruction "$session" "$url" --mappers 2
     publish "$session"
     await_agents
+    # A map that begins after the last match is not consolidated.
+    wait_until 120 "a map has begun" status_holds "$session" '.images.registered >= 4'
     finish "$session"
     stop_services
   )
