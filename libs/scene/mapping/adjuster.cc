@@ -124,7 +124,7 @@ bool Adjuster::ChooseIntrinsics(bool is_final) {
   }
   if (is_final) {
     any |= ShareCamerasAgain(GlobalBaOptions(false), &map_);
-    any |= GiveOwnCameras(GlobalBaOptions(false), &map_);
+    any |= GiveOwnCameras(GlobalBaOptions(true), &map_);
   }
   cost_.solve_s += timer.ElapsedS();
   return any;

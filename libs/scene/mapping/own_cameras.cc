@@ -16,7 +16,7 @@ namespace skein {
 namespace {
 
 constexpr double kMaxRemaining = 0.5;
-// The same limit if the own focal lengths are of two groups. One camera's photos leave 0.78 or
+// The same limit if the own focal lengths are of two groups. One camera's photos leave 0.69 or
 // more; two maps that were merged, each with an error of its own, left 0.97 and 0.99 with two
 // groups.
 constexpr double kMaxRemainingOfGroups = 0.75;
