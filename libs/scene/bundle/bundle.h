@@ -35,12 +35,13 @@ struct BundlePose {
 
 struct BundleCamera {
   uint32_t camera_id = 0;
-  int model_id = 0;                 // COLMAP's
-  std::vector<double> params;       // COLMAP's order
-  std::vector<int> refined;         // indices of the parameters that may change
-  bool square_pixels = false;       // the second focal length, which is not refined, is the first
-  std::vector<double> prior;        // as params: the centre of a weak Gaussian prior
-  std::vector<double> prior_sigma;  // as params, in the parameter's unit; 0: no prior
+  int model_id = 0;            // COLMAP's
+  std::vector<double> params;  // COLMAP's order
+  std::vector<int> refined;    // indices of the parameters that may change
+  bool square_pixels = false;  // the second focal length, which is not refined, is the first
+  std::vector<double> prior;   // as params: the centre of a weak Gaussian prior
+  // As params, in their units, beside observations with a standard deviation of 1 px; 0: no prior.
+  std::vector<double> prior_sigma;
 };
 
 struct BundlePoint {
