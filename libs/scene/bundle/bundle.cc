@@ -334,8 +334,8 @@ class Solver {
     const BundleCamera& camera = bundle_.cameras[i];
     for (size_t k = 0; k < camera.refined.size(); ++k) {
       const int param = camera.refined[k];
-      if (camera.prior_sigma.empty() || camera.prior_sigma[param] <= 0) continue;
-      const double information = 1.0 / (camera.prior_sigma[param] * camera.prior_sigma[param]);
+      const double information = PriorInformation(camera, param);
+      if (information == 0) continue;
       const int row = layout_.camera_row[i] + static_cast<int>(k);
       system->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
       system->gradient[row] += information * (camera.params[param] - camera.prior[param]);

@@ -139,11 +139,16 @@ double ReprojectionCost(const Bundle& bundle, const RobustLoss& loss, int begin,
   return cost;
 }
 
+double PriorInformation(const BundleCamera& camera, int param) {
+  if (camera.prior_sigma.empty() || camera.prior_sigma[param] <= 0) return 0;
+  return 1.0 / (camera.prior_sigma[param] * camera.prior_sigma[param]);
+}
+
 double CameraPriorCost(const Bundle& bundle) {
   double cost = 0;
   for (const BundleCamera& camera : bundle.cameras) {
     for (const int i : camera.refined) {
-      if (camera.prior_sigma.empty() || camera.prior_sigma[i] <= 0) continue;
+      if (PriorInformation(camera, i) == 0) continue;
       const double z = (camera.params[i] - camera.prior[i]) / camera.prior_sigma[i];
       cost += 0.5 * z * z;
     }

@@ -57,6 +57,9 @@ bool Linearise(const Bundle& bundle, const BundleLayout& layout, const RobustLos
 // costs as much as a residual of 1,000 px.
 double ReprojectionCost(const Bundle& bundle, const RobustLoss& loss, int begin, int end);
 
+// 1 / sigma^2 of a parameter's prior; 0: it has none.
+double PriorInformation(const BundleCamera& camera, int param);
+
 // The weak priors on the cameras' parameters, half the sum of squares.
 double CameraPriorCost(const Bundle& bundle);
 

@@ -240,11 +240,10 @@ class ReducedCovariance {
     if (redundancy_ <= 0) return;
     for (size_t i = 0; i < bundle_.cameras.size(); ++i) {
       const BundleCamera& camera = bundle_.cameras[i];
-      for (size_t k = 0; k < camera.refined.size() && !camera.prior_sigma.empty(); ++k) {
-        const double sigma = camera.prior_sigma[camera.refined[k]];
-        if (sigma <= 0) continue;
+      for (size_t k = 0; k < camera.refined.size(); ++k) {
         const int row = layout_.camera_row[i] + static_cast<int>(k);
-        system_->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(1 / (sigma * sigma)));
+        const double information = PriorInformation(camera, camera.refined[k]);
+        system_->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
       }
     }
   }

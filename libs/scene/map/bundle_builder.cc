@@ -54,8 +54,8 @@ std::vector<Point3DId> SomePoints(const Reconstruction& model, const std::vector
 // observations, p: those of the points that are refined.
 double NoiseVariance(const Bundle& bundle) {
   const double num_coordinates = 2.0 * static_cast<double>(bundle.observations.size());
-  double num_fitted = 0;
-  for (const BundlePoint& point : bundle.points) num_fitted += point.constant ? 0 : 3;
+  const double num_fitted = 3.0 * std::count_if(bundle.points.begin(), bundle.points.end(),
+                                                [](const BundlePoint& p) { return !p.constant; });
   if (num_coordinates <= num_fitted) return 1;
   const double median = std::max(UpperMedian(ReprojectionErrors(bundle)), 0.01);
   return median * median / (2 * std::log(2)) * num_coordinates / (num_coordinates - num_fitted);
@@ -89,6 +89,9 @@ BundleCamera MakeBundleCamera(const SceneMap& map, CameraId id, bool refine_foca
 }
 
 void ScalePriors(Bundle* bundle) {
+  if (std::all_of(bundle->cameras.begin(), bundle->cameras.end(),
+                  [](const BundleCamera& camera) { return camera.refined.empty(); }))
+    return;
   const double variance = std::min(NoiseVariance(*bundle), 1.0);
   std::vector<double> num_images(bundle->cameras.size(), 0.0);
   std::vector<double> num_observations(bundle->cameras.size(), 0.0);

@@ -47,7 +47,7 @@ std::vector<ImageId> ImagesOfSome(const SceneMap& map);
 // bundle's errors, 1 px at most, as the solver's loss weighs larger ones less. m: observations an
 // image of the camera. k: kIndependentObservations. Without k, thousands of observations in a few
 // images of a small angle drive the focal length away. Without s, a prior that is 3 % off shifts a
-// map of sharp photos.
+// map of sharp photos. Priors stay as they are if no camera is refined: none counts then.
 void ScalePriors(Bundle* bundle);
 
 // To the map it was built from, as image_pose.h tells.

@@ -21,6 +21,7 @@ Bundle MakePriorBundle(int num_observations, double error_px) {
   camera.model_id = pinhole.ModelId();
   camera.params = camera.prior = pinhole.Params();
   camera.prior_sigma = {100, 0, 10};
+  camera.refined = {0};
   for (int i = 0; i < num_observations; ++i) {
     bundle.points.push_back({0, Eigen::Vector3d::UnitZ(), i, 1, true});
     bundle.observations.push_back({i % 2, 0, Eigen::Vector2d(600 + error_px, 450)});
@@ -28,7 +29,7 @@ Bundle MakePriorBundle(int num_observations, double error_px) {
   return bundle;
 }
 
-// Of a Gaussian's errors of two coordinates, in its standard deviations.
+// The median error of Gaussian noise in two coordinates, in standard deviations.
 const double kMedianError = std::sqrt(2 * std::log(2));
 
 TEST(ScalePriors, ObservationsBeyondAHundredAnImageDontOutweighACamerasPrior) {
@@ -56,6 +57,13 @@ TEST(ScalePriors, CoordinatesThatPointsFitAreNotCounted) {
   for (int i = 0; i < 100; ++i) bundle.points.push_back({0, Eigen::Vector3d::UnitZ(), 2 * i, 2});
   ScalePriors(&bundle);
   EXPECT_NEAR(bundle.cameras[0].prior_sigma[0], 250, 1e-9);
+}
+
+TEST(ScalePriors, WithoutARefinedCameraPriorsStayAsTheyAre) {
+  Bundle bundle = MakePriorBundle(200, 0.2 * kMedianError);
+  bundle.cameras[0].refined.clear();
+  ScalePriors(&bundle);
+  EXPECT_EQ(bundle.cameras[0].prior_sigma[0], 100);
 }
 
 TEST(ScalePriors, ErrorsThatAreZeroLeaveAFinitePrior) {
