@@ -13,7 +13,6 @@ namespace skein {
 namespace {
 
 constexpr double kDistance = 8;
-constexpr double kZoom = 1.3;
 constexpr int kNumInFirstPlace = 12;
 constexpr size_t kMinPairMatches = 15;
 
@@ -105,7 +104,8 @@ void AddPhoto(const SyntheticOptions& options, int i, std::mt19937* random, Synt
   photo.focal_px = options.camera.focal_px * options.prior_factor;
   photo.focal_from_exif = options.focal_from_exif;
   SyntheticOptions lens = options;
-  for (const int zoomed : options.zoomed_photos) lens.camera.focal_px *= zoomed == i ? kZoom : 1.0;
+  for (const int zoomed : options.zoomed_photos)
+    lens.camera.focal_px *= zoomed == i ? options.zoom : 1.0;
   std::vector<int> visible;
   for (size_t p = 0; p < scene->points.size(); ++p) {
     Keypoint keypoint;

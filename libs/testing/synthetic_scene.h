@@ -38,8 +38,9 @@ struct SyntheticOptions {
   // This photo stands where the one before does, but for the distance, and is turned by 8 degrees.
   int turned_photo = -1;
   double turned_distance = 0;
-  std::vector<int> zoomed_photos;  // taken with 1.3 times the focal length, as the same camera
-  int second_camera_from = 0;      // photos with this id and later have camera 2; 0: none has
+  std::vector<int> zoomed_photos;  // taken with `zoom` times the focal length, as the same camera
+  double zoom = 1.3;
+  int second_camera_from = 0;  // photos with this id and later have camera 2; 0: none has
   SyntheticCamera camera;
   double prior_factor = 1;  // of the focal prior
   bool focal_from_exif = true;

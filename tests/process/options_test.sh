@@ -47,8 +47,11 @@ printf '{"identifier": "skein-session", "version": 1, "session_id": "0123456789a
 agent=("$skein" agent --session "$workspace/empty" --auth off --lcm-url memq:// --name alice)
 refuses 1 'JPEG, PNG and TIFF are taken, not 2 .heic, 1 .mp4; for a video give --video FILE. HEIC: iPhone: Settings > Camera > Formats > Most Compatible' "${agent[@]}" --images "$workspace/phone"
 cp "$workspace/photos/1.JPG" "$workspace/phone/"
-timeout -s INT 3 "${agent[@]}" --images "$workspace/phone" >"$workspace/said" 2>&1 || true
-grep -qF "not taken in $workspace/phone: 2 .heic, 1 .mp4 (JPEG, PNG and TIFF are). HEIC: iPhone: Settings" "$workspace/said" || fail "a mixed folder: $(<"$workspace/said")"
+"${agent[@]}" --images "$workspace/phone" >"$workspace/said" 2>&1 &
+wait_until 30 "the files that are not taken" \
+  grep -qF "not taken in $workspace/phone: 2 .heic, 1 .mp4 (JPEG, PNG and TIFF are). HEIC: iPhone: Settings" "$workspace/said"
+kill -INT $!
+wait $! || true
 
 # Three models, of which one has nothing in common with the truth.
 use_small_place

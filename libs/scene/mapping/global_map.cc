@@ -279,7 +279,9 @@ void PlaceGlobally(const SubmapOptions& options, const AveragedPairs& pairs, Sce
 
 void ClearButIntrinsics(SceneMap* map) {
   std::map<CameraId, Camera> found;
+  std::set<CameraId> apart;
   for (const auto& [id, state] : map->camera_states()) {
+    if (map->HaveItsPhotosOwnCameras(id)) apart.insert(id);
     const Camera& camera = map->reconstruction().Camera(id);
     const bool is_told = state.refined || state.num_registered >= 2;
     if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera;
@@ -287,15 +289,14 @@ void ClearButIntrinsics(SceneMap* map) {
   std::map<ImageId, std::vector<double>> own;
   for (const ImageId id : map->reconstruction().RegImageIds()) {
     const Camera& camera = map->reconstruction().Camera(map->reconstruction().Image(id).CameraId());
-    const bool is_own = camera.CameraId() == SceneMap::OwnCamera(id) &&
-                        map->HaveItsPhotosOwnCameras(map->GivenCamera(id));
-    if (is_own && HasPossibleIntrinsics(camera)) own[id] = camera.Params();
+    if (apart.count(map->GivenCamera(id)) > 0 && HasPossibleIntrinsics(camera))
+      own[id] = camera.Params();
   }
   map->Clear();
-  for (const auto& [id, params] : own) {
-    map->GiveOwnCamera(id);
-    map->SetCamera(SceneMap::OwnCamera(id), params);
+  for (const ImageId id : map->photos()) {
+    if (apart.count(map->GivenCamera(id)) > 0) map->GiveOwnCamera(id);
   }
+  for (const auto& [id, params] : own) map->SetCamera(SceneMap::OwnCamera(id), params);
   for (const auto& [id, camera] : found) {
     map->SetCamera(camera);
     map->SetCameraRefined(id, true);

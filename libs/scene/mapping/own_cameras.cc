@@ -3,23 +3,24 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "core/log.h"
+#include "core/statistics.h"
 #include "map/bundle_builder.h"
-#include "mapping/two_groups.h"
 #include "sfm/camera.h"
 #include "sfm/camera_fit.h"
 
 namespace skein {
 namespace {
 
-constexpr double kMaxRemaining = 0.5;
-// The same limit if the own focal lengths are of two groups. One camera's photos leave 0.69 or
-// more; two maps that were merged, each with an error of its own, left 0.97 and 0.99 with two
-// groups.
-constexpr double kMaxRemainingOfGroups = 0.75;
+// Of (1 - r) s, r: the part of the squared errors that own intrinsics leave, s: the standard
+// deviation of ln f. One camera has 0.015 or less, maps of 3 or 4 photos 0.035; zoomed photos have
+// 0.027 or more (docs/experiments/own_cameras.md).
+constexpr double kMaxExplainedSpread = 0.02;
+constexpr double kMaxDeviation = 0.1;  // of a photo's ln f from that of the camera it came with
 constexpr size_t kMinPhotos = 3;
 
 std::set<CameraId> SharedCameras(const SceneMap& map) {
@@ -69,16 +70,26 @@ std::map<CameraId, double> SumsOfSquares(const Bundle& bundle,
   return sums;
 }
 
+double LogFocal(int model_id, const std::vector<double>& params) {
+  return std::log(params[CameraModelFocalLengthIdxs(model_id)[0]]);
+}
+
 // ln f of the photos' own cameras, by the camera that the photos came to the bundle with.
 std::map<CameraId, std::vector<double>> LogFocals(const Bundle& bundle,
                                                   const std::vector<CameraId>& camera_of_pose) {
   std::map<CameraId, std::vector<double>> focals;
   for (size_t i = 0; i < bundle.poses.size(); ++i) {
     const BundleCamera& camera = bundle.cameras[bundle.poses[i].camera];
-    const size_t focal = CameraModelFocalLengthIdxs(camera.model_id)[0];
-    focals[camera_of_pose[i]].push_back(std::log(camera.params[focal]));
+    focals[camera_of_pose[i]].push_back(LogFocal(camera.model_id, camera.params));
   }
   return focals;
+}
+
+double StandardDeviation(const std::vector<double>& values) {
+  const double center = mean(values);
+  double sum = 0;
+  for (const double value : values) sum += (value - center) * (value - center);
+  return std::sqrt(sum / static_cast<double>(values.size()));
 }
 
 // The cameras of `shared` whose photos need intrinsics of their own.
@@ -93,63 +104,60 @@ std::set<CameraId> CamerasToSplit(const BundleOptions& options, const std::set<C
   bundle = BuildSplitBundle(shared, BuildBundleOfSome, map);
   if (!SolveBundle(options, &bundle).usable) return {};
   const auto after = SumsOfSquares(bundle, camera_of_pose);
-  const auto log_focals = LogFocals(bundle, camera_of_pose);
   std::set<CameraId> split;
-  for (const CameraId id : shared) {
+  for (const auto& [id, log_focals] : LogFocals(bundle, camera_of_pose)) {
+    if (shared.count(id) == 0) continue;
     const double remaining = before.count(id) > 0 ? after.at(id) / before.at(id) : 1;
     if (!std::isfinite(remaining)) return {};  // the model is too far from the lens
-    const bool are_groups = remaining < kMaxRemainingOfGroups && AreTwoGroups(log_focals.at(id));
-    LogInfo("camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos{}", id,
-            remaining, std::count(camera_of_pose.begin(), camera_of_pose.end(), id),
-            are_groups ? ", focal lengths of two groups" : "");
-    if (remaining < kMaxRemaining || are_groups) split.insert(id);
+    const double spread = StandardDeviation(log_focals);
+    LogInfo(
+        "camera {}: own intrinsics leave {:.3f} of the squared errors of {} photos, sd(ln f) "
+        "{:.3f}",
+        id, remaining, log_focals.size(), spread);
+    if ((1 - remaining) * spread > kMaxExplainedSpread) split.insert(id);
   }
   return split;
 }
 
-// Photos with cameras of their own, where others have the camera that these came with.
-std::vector<ImageId> PhotosApart(const SceneMap& map) {
-  std::vector<ImageId> apart;
+// Registered photos with cameras of their own, by the camera that they came with.
+std::map<CameraId, std::vector<ImageId>> PhotosApart(const SceneMap& map) {
+  std::map<CameraId, std::vector<ImageId>> apart;
   for (const ImageId id : map.reconstruction().RegImageIds()) {
     const CameraId given = map.GivenCamera(id);
-    const bool is_apart = given != map.reconstruction().Image(id).CameraId();
-    if (is_apart && map.camera_state(given).num_registered > 0) apart.push_back(id);
+    if (given != map.reconstruction().Image(id).CameraId()) apart[given].push_back(id);
   }
   return apart;
 }
 
-// Refines a photo's pose, its own intrinsics and its points. The points' other photos are constant.
-Bundle BuildPhotoBundle(const SceneMap& map, ImageId id) {
-  BundleRequest request;
-  request.free = {id};
-  request.complete_points = PointsSeenBy(map, {id});
-  request.refine_cameras = true;
-  Bundle bundle = BuildBundle(map, request);
-  for (size_t i = 0; i < bundle.cameras.size(); ++i) {
-    if (static_cast<int>(i) != bundle.poses[0].camera) bundle.cameras[i].refined.clear();
-  }
-  return bundle;
+double LogFocal(const SceneMap& map, CameraId id) {
+  const Camera& camera = map.reconstruction().Camera(id);
+  return LogFocal(camera.ModelId(), camera.Params());
 }
 
-// The sum over the first pose's observations, after the bundle is adjusted; infinite if that fails.
-double AdjustedSumOfSquares(const BundleOptions& options, Bundle* bundle) {
-  if (!SolveBundle(options, bundle).usable) return HUGE_VAL;
-  const std::vector<double> errors = ReprojectionErrors(*bundle);
-  double sum = 0;
-  for (size_t i = 0; i < errors.size(); ++i) {
-    if (bundle->observations[i].pose == 0) sum += errors[i] * errors[i];
-  }
-  return sum;
+// Of all photos of a camera, the one in the middle by its own focal length, if no other one
+// deviates from it by more than kMaxDeviation.
+std::optional<ImageId> MiddleOfAlike(const SceneMap& map, std::vector<ImageId> photos) {
+  const auto log_focal = [&](ImageId id) { return LogFocal(map, SceneMap::OwnCamera(id)); };
+  std::sort(photos.begin(), photos.end(),
+            [&](ImageId a, ImageId b) { return log_focal(a) < log_focal(b); });
+  const ImageId middle = photos[photos.size() / 2];
+  const double below = log_focal(middle) - log_focal(photos.front());
+  const double above = log_focal(photos.back()) - log_focal(middle);
+  if (!(std::max(below, above) <= kMaxDeviation)) return std::nullopt;
+  return middle;
 }
 
-// S(own) / S(given). S: the photo's sum of squared errors after an adjustment with its own
-// intrinsics, or with the camera that it came with.
-double RemainingOfPhoto(const BundleOptions& options, const SceneMap& map, ImageId id) {
-  Bundle own = BuildPhotoBundle(map, id);
-  Bundle shared = own;
-  shared.poses[0].camera = static_cast<int>(shared.cameras.size());
-  shared.cameras.push_back(MakeBundleCamera(map, map.GivenCamera(id), false, false));
-  return AdjustedSumOfSquares(options, &own) / AdjustedSumOfSquares(options, &shared);
+// The registered photo and those that are not share the camera that they came with again. It gets
+// the intrinsics of the registered one.
+void ShareOwnCamera(ImageId registered, SceneMap* map) {
+  const CameraId given = map->GivenCamera(registered);
+  Camera camera = map->reconstruction().Camera(SceneMap::OwnCamera(registered));
+  camera.SetCameraId(given);
+  map->SetCamera(camera);
+  map->RemoveOwnCamera(registered);
+  for (const ImageId id : map->photos()) {
+    if (!map->IsRegistered(id) && map->GivenCamera(id) == given) map->RemoveOwnCamera(id);
+  }
 }
 
 }  // namespace
@@ -157,12 +165,22 @@ double RemainingOfPhoto(const BundleOptions& options, const SceneMap& map, Image
 bool ShareCamerasAgain(BundleOptions options, SceneMap* map) {
   options.factor = nullptr;  // of other unknowns
   bool any = false;
-  for (const ImageId id : PhotosApart(*map)) {
-    const double remaining = RemainingOfPhoto(options, *map, id);
-    LogInfo("photo {}: own intrinsics leave {:.3f} of its squared errors", id, remaining);
-    if (!std::isfinite(remaining) || remaining < kMaxRemaining) continue;
-    map->RemoveOwnCamera(id);
-    any = true;
+  for (const auto& [given, photos] : PhotosApart(*map)) {
+    if (map->camera_state(given).num_registered == 0) {
+      const std::optional<ImageId> middle = MiddleOfAlike(*map, photos);
+      if (!middle) continue;
+      ShareOwnCamera(*middle, map);
+      any = true;
+    }
+    const double shared = LogFocal(*map, given);
+    for (const ImageId id : photos) {
+      if (map->reconstruction().Image(id).CameraId() == given) continue;
+      const double deviation = LogFocal(*map, SceneMap::OwnCamera(id)) - shared;
+      LogInfo("photo {}: ln f deviates by {:.3f} from that of its camera", id, deviation);
+      if (!(std::abs(deviation) <= kMaxDeviation)) continue;
+      map->RemoveOwnCamera(id);
+      any = true;
+    }
   }
   if (!any) return false;
   Bundle bundle = BuildGlobalBundle(*map, true);

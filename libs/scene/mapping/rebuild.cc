@@ -14,6 +14,13 @@ namespace {
 
 void Ignore(const PhotoEvent&) {}
 
+// Whether the photos of a camera have intrinsics of their own.
+bool HasPhotosApart(const SceneMap& map) {
+  const auto& cameras = map.camera_states();
+  return std::any_of(cameras.begin(), cameras.end(),
+                     [&](const auto& camera) { return map.HaveItsPhotosOwnCameras(camera.first); });
+}
+
 // The submap's photos and pairs, none registered.
 std::unique_ptr<Submap> CopyWithoutModel(const Submap& submap, bool keeps_intrinsics) {
   SubmapOptions options = submap.options();
@@ -65,7 +72,8 @@ std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_
                                 bool is_growing) {
   const MatchAgreement now = CountMatches(submap.options(), submap.map(), submap.waiting());
   const std::set<ImageId> without = PhotosLeftOut(submap, takes_held);
-  std::unique_ptr<Submap> anew = CopyWithoutModel(submap, now.IsExplained());
+  std::unique_ptr<Submap> anew =
+      CopyWithoutModel(submap, now.IsExplained() || HasPhotosApart(submap.map()));
   if (!PlaceGlobally(without, first, is_growing, anew.get())) return nullptr;
   anew->NoteMappedAnew();
   EnqueuePhotos(submap, takes_held, without, anew.get());

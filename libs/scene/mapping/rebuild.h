@@ -14,8 +14,8 @@ namespace skein {
 // other submaps hold, unless `takes_held`. A photo without the support that a growing map asks for
 // stays out if photos are still to come, `is_growing` (supported_photos.h). `first` stays the first
 // photo if it is registered. The map begins with the intrinsics that the submap found; if the
-// submap does not explain its matches, with those that its cameras came with. Null if no map comes
-// of it.
+// submap does not explain its matches, and its photos share cameras, with those that these came
+// with. Null if no map comes of it.
 std::unique_ptr<Submap> MapAnew(const Submap& submap, ImageId first, bool takes_held,
                                 bool is_growing);
 
