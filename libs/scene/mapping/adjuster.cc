@@ -116,16 +116,14 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
   NoteSize();
 }
 
-bool Adjuster::ChooseIntrinsics(bool is_final) {
+bool Adjuster::ChooseIntrinsics() {
   const Timer timer;
   bool any = false;
   if (options_.camera_model == kModelByEvidence) {
     any |= ChooseCameraModels(GlobalBaOptions(false), &map_);
   }
-  if (is_final) {
-    any |= ShareCamerasAgain(GlobalBaOptions(false), &map_);
-    any |= GiveOwnCameras(GlobalBaOptions(true), &map_);
-  }
+  any |= ShareCamerasAgain(GlobalBaOptions(false), &map_);
+  any |= GiveOwnCameras(GlobalBaOptions(true), &map_);
   cost_.solve_s += timer.ElapsedS();
   return any;
 }

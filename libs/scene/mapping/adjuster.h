@@ -38,9 +38,9 @@ class Adjuster {
   // after at least one.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
   // After a global BA: the models that the cameras' photos call for (camera_models.h), if the
-  // options leave them open; then, if `is_final`, which photos have intrinsics of their own
+  // options leave them open; then, which photos have intrinsics of their own
   // (own_cameras.h). True if a camera is another one now: another global BA must follow.
-  bool ChooseIntrinsics(bool is_final);
+  bool ChooseIntrinsics();
   // The options of a global BA. The BA starts from the last decomposition (`factor_`).
   BundleOptions GlobalBaOptions(bool converge) const;
   // Notes a global BA that ran elsewhere: its decomposition, and its wall time.

@@ -185,7 +185,7 @@ int Submap::AdjustNewImage(ImageId new_image) {
     const int num_images = static_cast<int>(map_->reconstruction().NumRegImages());
     AdjustGlobally(2, false, false);
     // The error that a lens makes grows with the map.
-    if (num_images == options_.max_images_all_global && adjuster_.ChooseIntrinsics(false)) {
+    if (num_images == options_.max_images_all_global && adjuster_.ChooseIntrinsics()) {
       AdjustGlobally(2, true, false);
     }
     return num_images;
@@ -372,7 +372,7 @@ void Submap::RefineUntilStable(const EventSink& sink) {
 
 // Also of a map that was settled in the background: there they are not chosen.
 void Submap::SettleIntrinsics() {
-  if (!settled_.intrinsics && adjuster_.ChooseIntrinsics(true)) {
+  if (!settled_.intrinsics && adjuster_.ChooseIntrinsics()) {
     AdjustGlobally(2, true, false);
     settled_.checked = settled_.shape_known = false;
   }
