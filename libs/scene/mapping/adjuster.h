@@ -38,8 +38,8 @@ class Adjuster {
   // after at least one.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
   // After a global BA: the models that the cameras' photos call for (camera_models.h), if the
-  // options leave them open; then, which photos have intrinsics of their own
-  // (own_cameras.h). True if a camera is another one now: another global BA must follow.
+  // options leave them open; then, which photos have intrinsics of their own (own_cameras.h). True
+  // if a camera is another one now: another global BA must follow.
   bool ChooseIntrinsics();
   // The options of a global BA. The BA starts from the last decomposition (`factor_`).
   BundleOptions GlobalBaOptions(bool converge) const;

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/log.h"
@@ -16,9 +16,9 @@
 namespace skein {
 namespace {
 
-// Of (1 - r) s, r: the part of the squared errors that own intrinsics leave, s: the standard
-// deviation of ln f. One camera has 0.015 or less, maps of 3 or 4 photos 0.035; zoomed photos have
-// 0.027 or more (docs/experiments/own_cameras.md).
+// The largest (1 - r) s of one camera. r: the part of the squared errors that own intrinsics leave,
+// s: the standard deviation of ln f. One camera has 0.015 or less, in maps of 3 or 4 photos 0.035;
+// zoomed photos have 0.027 or more (docs/experiments/own_cameras.md).
 constexpr double kMaxExplainedSpread = 0.02;
 constexpr double kMaxDeviation = 0.1;  // of a photo's ln f from that of the camera it came with
 constexpr size_t kMinPhotos = 3;
@@ -134,30 +134,26 @@ double LogFocal(const SceneMap& map, CameraId id) {
   return LogFocal(camera.ModelId(), camera.Params());
 }
 
-// Of all photos of a camera, the one in the middle by its own focal length, if no other one
-// deviates from it by more than kMaxDeviation.
-std::optional<ImageId> MiddleOfAlike(const SceneMap& map, std::vector<ImageId> photos) {
-  const auto log_focal = [&](ImageId id) { return LogFocal(map, SceneMap::OwnCamera(id)); };
-  std::sort(photos.begin(), photos.end(),
-            [&](ImageId a, ImageId b) { return log_focal(a) < log_focal(b); });
-  const ImageId middle = photos[photos.size() / 2];
-  const double below = log_focal(middle) - log_focal(photos.front());
-  const double above = log_focal(photos.back()) - log_focal(middle);
-  if (!(std::max(below, above) <= kMaxDeviation)) return std::nullopt;
-  return middle;
-}
-
-// The registered photo and those that are not share the camera that they came with again. It gets
-// the intrinsics of the registered one.
-void ShareOwnCamera(ImageId registered, SceneMap* map) {
-  const CameraId given = map->GivenCamera(registered);
-  Camera camera = map->reconstruction().Camera(SceneMap::OwnCamera(registered));
+// If the own focal lengths of all of a camera's registered photos are alike, the camera gets the
+// intrinsics of the photo in the middle, and the photos that are not registered have it again.
+bool ReviveCameraIfAlike(CameraId given, const std::vector<ImageId>& photos, SceneMap* map) {
+  std::vector<std::pair<double, ImageId>> by_focal;
+  for (const ImageId id : photos) {
+    by_focal.emplace_back(LogFocal(*map, SceneMap::OwnCamera(id)), id);
+    if (!std::isfinite(by_focal.back().first)) return false;  // a NaN has no place in an order
+  }
+  std::sort(by_focal.begin(), by_focal.end());
+  const auto [log_focal, middle] = by_focal[by_focal.size() / 2];
+  const double below = log_focal - by_focal.front().first;
+  const double above = by_focal.back().first - log_focal;
+  if (std::max(below, above) > kMaxDeviation) return false;
+  Camera camera = map->reconstruction().Camera(SceneMap::OwnCamera(middle));
   camera.SetCameraId(given);
   map->SetCamera(camera);
-  map->RemoveOwnCamera(registered);
   for (const ImageId id : map->photos()) {
     if (!map->IsRegistered(id) && map->GivenCamera(id) == given) map->RemoveOwnCamera(id);
   }
+  return true;
 }
 
 }  // namespace
@@ -166,15 +162,10 @@ bool ShareCamerasAgain(BundleOptions options, SceneMap* map) {
   options.factor = nullptr;  // of other unknowns
   bool any = false;
   for (const auto& [given, photos] : PhotosApart(*map)) {
-    if (map->camera_state(given).num_registered == 0) {
-      const std::optional<ImageId> middle = MiddleOfAlike(*map, photos);
-      if (!middle) continue;
-      ShareOwnCamera(*middle, map);
-      any = true;
-    }
+    const bool is_used = map->camera_state(given).num_registered > 0;
+    if (!is_used && !ReviveCameraIfAlike(given, photos, map)) continue;
     const double shared = LogFocal(*map, given);
     for (const ImageId id : photos) {
-      if (map->reconstruction().Image(id).CameraId() == given) continue;
       const double deviation = LogFocal(*map, SceneMap::OwnCamera(id)) - shared;
       LogInfo("photo {}: ln f deviates by {:.3f} from that of its camera", id, deviation);
       if (!(std::abs(deviation) <= kMaxDeviation)) continue;

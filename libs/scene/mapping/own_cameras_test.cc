@@ -50,6 +50,16 @@ TEST(ShareCamerasAgain, AllPhotosIfTheirFocalLengthsAreAlike) {
   EXPECT_NEAR(map->reconstruction().Camera(1).Params(0), 1000, 5);
 }
 
+TEST(ShareCamerasAgain, NoPhotosIfAFocalLengthIsImpossible) {
+  const std::unique_ptr<SceneMap> map = MapOf({});
+  std::vector<double> params = map->reconstruction().Camera(1).Params();
+  for (ImageId id = 1; id <= 16; ++id) map->GiveOwnCamera(id);
+  params[0] = -params[0];  // ln f is NaN
+  map->SetCamera(SceneMap::OwnCamera(4), params);
+  EXPECT_FALSE(ShareCamerasAgain({}, map.get()));
+  EXPECT_EQ(map->camera_state(1).num_registered, 0);
+}
+
 TEST(ShareCamerasAgain, NotAPhotoThatWasZoomed) {
   const std::unique_ptr<SceneMap> map = MapOf({5, 11});
   ASSERT_EQ(map->reconstruction().Image(6).CameraId(), SceneMap::OwnCamera(6));
