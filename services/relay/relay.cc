@@ -228,45 +228,44 @@ void Relay::Serve(int fd) {
   Client& client = clients_.at(fd);
   if (client.is_late || client.held_until != 0) return;  // its turn comes without its descriptor
   const size_t before = client.parser.held_bytes();
-  const bool stays = ParseAndReceive(&client);
+  const Turn turn = ParseAndReceive(&client);
   unfinished_bytes_ += client.parser.held_bytes();
   unfinished_bytes_ -= before;
-  if (!stays) {
+  if (turn == Turn::kOver) {
     if (!client.stream->error().empty()) {
       End(fd, *client.stream);
     } else {
       Expel(fd, client.parser.why_broken());
     }
   } else {
-    if (client.allowance.IsSpent(loop_.now_s())) HoldUp(fd, &client);
+    if (turn == Turn::kSpent) HoldUp(fd, &client);
     if (!client.watches_writable) MarkDirty(fd, &client);  // TLS may have waited for what came
   }
   KeepWithinMemory();
   WriteDirty();
 }
 
-// False if the client is to be hung up on: its connection has ended, or what it says is broken.
-bool Relay::ParseAndReceive(Client* client) {
+Relay::Turn Relay::ParseAndReceive(Client* client) {
   uint8_t buffer[kTurnReceivedBytes];
   tcpq::Frame frame;
   size_t received = 0;
   const double start_s = loop_.now_s();
   for (int num_frames = 0;;) {
-    if (client->allowance.IsSpent(loop_.now_s())) return true;
+    if (client->allowance.IsSpent(loop_.now_s())) return Turn::kSpent;
     const auto state = client->parser.Next(&frame);
-    if (state == tcpq::FrameParser::State::kBroken) return false;
+    if (state == tcpq::FrameParser::State::kBroken) return Turn::kOver;
     if (state == tcpq::FrameParser::State::kFrame) {
       client->heard_s = client->began_s = loop_.now_s();
       Handle(client, frame);
       if (++num_frames < kTurnFrames && loop_.now_s() - start_s < TurnS()) continue;
       ServeLater(client);
-      return true;
+      return Turn::kDone;
     }
     if (!client->parser.has_part()) client->began_s = loop_.now_s();
-    if (received >= kTurnReceivedBytes) return true;
+    if (received >= kTurnReceivedBytes) return Turn::kDone;
     const Stream::Moved moved = client->stream->Receive(buffer, sizeof(buffer));
-    if (moved.is_over) return false;
-    if (moved.bytes == 0) return true;
+    if (moved.is_over) return Turn::kOver;
+    if (moved.bytes == 0) return Turn::kDone;
     received += moved.bytes;
     client->parser.Feed(buffer, moved.bytes);
   }

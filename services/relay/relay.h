@@ -126,8 +126,14 @@ class Relay {
   bool DropIdle(const uint32_t* address, const char* why);
   void Join(const Listener& listener, int fd, uint32_t address, std::string name);
 
+  enum class Turn {
+    kDone,   // the client's descriptor, or its next turn, tells of more
+    kSpent,  // of its allowance: frames of it may wait that no descriptor tells of
+    kOver,   // its connection has ended, or what it says is broken
+  };
+
   void Serve(int fd);
-  bool ParseAndReceive(Client* client);
+  Turn ParseAndReceive(Client* client);
   double TurnS() const;
   void ServeLater(Client* client);
   void HoldUp(int fd, Client* client);

@@ -150,6 +150,32 @@ TEST_F(RelayLimits, WhoSaysTooMuchForLongIsNotTakenForOneWhoseMessageDoesNotEnd)
   EXPECT_TRUE(Until([&] { return !flood.IsOpen(); })) << "now its message does not end";
 }
 
+// The allowance was looked at twice: what filled up in between left frames behind of which no
+// descriptor tells.
+TEST_F(RelayLimits, AnAllowanceThatFillsUpDuringATurnLosesNothing) {
+  constexpr int kPerS = 100, kNumFrames = 240;  // all are received at once
+  RelayOptions options;
+  options.max_messages_per_s = kPerS;
+  StartGuarded(options);
+  RawClient& flood = Connect();
+  flood.Greet();
+  flood.Subscribe("SKEIN_HEARTBEAT");
+  MessageSeal mallory = SealOf("mallory");
+  Bytes frames;
+  for (int i = 0; i < kNumFrames; ++i) {
+    const Bytes frame = SignedFrame(&mallory);
+    frames.insert(frames.end(), frame.begin(), frame.end());
+  }
+  flood.Send(frames, frames.size());
+  step_s_ = 0.04 / kPerS;  // with each look at the clock
+  for (int i = 0; i < 2000 && flood.NumHeard() < kNumFrames; ++i) {
+    now_s_ += 0.0013;
+    Settle();
+  }
+  EXPECT_EQ(flood.NumHeard(), kNumFrames);
+  EXPECT_GT(relay_->counters().num_held_up, 0);
+}
+
 // Checking what it says would take all of the relay's time.
 TEST_F(RelayLimits, WhoIsRefusedThroughoutIsReadASecondLater) {
   StartGuarded();
