@@ -29,9 +29,11 @@ render() {
 
 # photos_of SET: sets `photos`, sorted by name; none where the set is absent
 photos_of() {
-  local folder=images pattern='*'
+  local folder=images pattern='*' repeated
   [[ $1 != rgbd-scene ]] || folder=frames pattern='*.color.jpg'
   mapfile -t photos < <(find "$(folder_of "$1")/$folder" -type f -name "$pattern" 2>/dev/null | sort)
+  repeated=$(printf '%s\n' "${photos[@]##*/}" | sort | uniq -d | head -1)
+  [[ -z $repeated ]] || die "$(folder_of "$1")/$folder has two photos named $repeated: a set is one agent's"
 }
 
 # truth_of SET FOLDER: what `skein evaluate` takes, made in FOLDER where the set has it in another form; nothing

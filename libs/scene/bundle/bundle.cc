@@ -8,7 +8,8 @@
 
 #include "bundle/bundle_factor.h"
 #include "bundle/bundle_terms.h"
-#include "bundle/implicit_system.h"
+#include "bundle/conjugate_gradients.h"
+#include "bundle/eliminated_points.h"
 #include "bundle/point_terms.h"
 #include "bundle/reduced_system.h"
 #include "core/option_check.h"
@@ -163,7 +164,7 @@ class Solver {
     *predicted =
         has_scales_ ? 0.0 : 0.5 * delta.dot(terms.damping.cwiseProduct(delta) - terms.gradient);
     std::vector<double> gains(chunks_.size());
-    ForEachChunk([&](size_t i) { gains[i] = MovePoints(chunks_[i], lambda, y); });
+    ForEachChunk([&](size_t i) { gains[i] = eliminated_[i].Move(y, &bundle_.points); });
     for (const double gain : gains) *predicted += gain;
     MoveCameras(delta);
     return true;
@@ -186,7 +187,11 @@ class Solver {
   bool SolveByDecomposing(double lambda, StepTerms* terms, Eigen::VectorXd* y) {
     ++num_decompositions_;
     while (explicit_.size() < chunks_.size()) explicit_.push_back(MakeEmptySystem());
-    ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, explicit_[i].get()); });
+    ForEachChunk([&](size_t i) {
+      explicit_[i]->SetZero();
+      Accumulate(i, lambda, explicit_[i].get(),
+                 [&](const PointTerms& point) { AddSchurBlocks(point, &explicit_[i]->schur()); });
+    });
     *terms = SumUp(lambda, explicit_);
     return layout_.size == 0 || explicit_[0]->Solve(terms->damping, terms->b, y);
   }
@@ -197,18 +202,21 @@ class Solver {
 
   // With the factor of an earlier step or bundle, else with one of this step.
   bool SolveByGradients(double lambda, StepTerms* terms, Eigen::VectorXd* y) {
-    while (implicit_.size() < chunks_.size()) {
-      implicit_.push_back(std::make_unique<ImplicitSystem>(bundle_, layout_));
+    while (direct_.size() < chunks_.size()) {
+      direct_.push_back(std::make_unique<ReducedSystem>(layout_));
     }
-    ForEachChunk([&](size_t i) { Accumulate(chunks_[i], lambda, implicit_[i].get()); });
-    *terms = SumUp(lambda, implicit_);
+    ForEachChunk([&](size_t i) {
+      direct_[i]->SetZero();
+      Accumulate(i, lambda, direct_[i].get(), [](const PointTerms&) {});
+    });
+    *terms = SumUp(lambda, direct_);
     if (factor_ != nullptr && RunGradients(*terms, y)) return true;
     return DecomposeInPieces(lambda, *terms) && RunGradients(*terms, y);
   }
 
   bool RunGradients(const StepTerms& terms, Eigen::VectorXd* y) {
     const ConjugateGradients gradients{
-        implicit_, *factor_, factor_rows_,
+        *direct_[0], eliminated_, *factor_, factor_rows_,
         [this](const std::function<void(size_t)>& function) { ForEachChunk(function); }};
     return gradients.Solve(terms.damping, terms.b, y);
   }
@@ -228,22 +236,28 @@ class Solver {
   // Into the first of the parts.
   template <typename System>
   StepTerms SumUp(double lambda, const std::vector<std::unique_ptr<System>>& parts) {
-    ReducedSystem& system = *parts[0];
+    System& system = *parts[0];
     for (size_t i = 1; i < parts.size(); ++i) system.Add(*parts[i]);
     if (prior_information_.empty()) SetPosePriors(system);
     AddPriors(&system);
-    return {lambda * system.diagonal.cwiseMax(kMinDiagonal), system.gradient,
+    return {lambda * system.Diagonal().cwiseMax(kMinDiagonal), system.gradient,
             system.schur_gradient - WithPoseScales(system.gradient)};
   }
 
-  template <typename System>
-  void Accumulate(const PointRange& chunk, double lambda, System* system) {
-    system->SetZero();
-    PointTerms point_terms;
-    for (int p = chunk.begin; p < chunk.end; ++p) {
-      point_terms.Set(bundle_, layout_, loss_, bundle_.points[p], lambda);
-      AddDirect(point_terms, system);
-      if (!bundle_.points[p].constant) EliminatePoint(&point_terms, system);
+  // Adds a chunk's observations to `system`; keeps its free points, each of which `use` gets, too.
+  template <typename Use>
+  void Accumulate(size_t chunk, double lambda, ReducedSystem* system, const Use& use) {
+    EliminatedPoints& eliminated = eliminated_[chunk];
+    eliminated.Clear();
+    PointTerms terms;
+    for (int p = chunks_[chunk].begin; p < chunks_[chunk].end; ++p) {
+      terms.Set(bundle_, layout_, loss_, bundle_.points[p], lambda);
+      AddDirect(terms, system);
+      if (bundle_.points[p].constant) continue;
+      terms.SetCouplings();
+      AddSchurGradient(terms, system);
+      eliminated.Add(p, terms);
+      use(terms);
     }
   }
 
@@ -256,32 +270,12 @@ class Solver {
       for (int piece = 0; piece < num_pieces; ++piece) {
         terms.Set(bundle_, layout_, loss_, point, lambda, piece, num_pieces);
         AddDirect(terms, system);
-        if (!point.constant) EliminatePoint(&terms, system);
+        if (point.constant) continue;
+        terms.SetCouplings();
+        AddSchurGradient(terms, system);
+        AddSchurBlocks(terms, &system->schur());
       }
     }
-  }
-
-  // Back-substitution of the points; returns the decrease that the linear model promises of them.
-  double MovePoints(const PointRange& chunk, double lambda, const Eigen::VectorXd& y) {
-    double predicted = 0;
-    PointTerms terms;
-    for (int p = chunk.begin; p < chunk.end; ++p) {
-      BundlePoint& point = bundle_.points[p];
-      if (point.constant) continue;
-      terms.Set(bundle_, layout_, loss_, point, lambda);
-      Eigen::Vector3d rhs = terms.gradient;
-      for (int i = 0; i < terms.size; ++i) {
-        const ObservationTerm& term = terms.terms[i];
-        if (term.pose_row >= 0) rhs += term.W.transpose() * y.segment<6>(term.pose_row);
-        if (term.camera_row < 0) continue;
-        rhs += term.J_point.transpose() * (term.J_camera.leftCols(term.camera_size) *
-                                           y.segment(term.camera_row, term.camera_size));
-      }
-      const Eigen::Vector3d delta = -(terms.V_inverse * rhs);
-      predicted += 0.5 * delta.dot(terms.damping.cwiseProduct(delta) - terms.gradient);
-      point.xyz += delta;
-    }
-    return predicted;
   }
 
   void MoveCameras(const Eigen::VectorXd& delta) {
@@ -305,7 +299,7 @@ class Solver {
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
       const int row = layout_.pose_row[i];
       const double rigidity = bundle_.poses[i].stiffness.rigidity;
-      if (row >= 0 && rigidity > 0) prior_information_[i] = rigidity * system.direct_block(row);
+      if (row >= 0 && rigidity > 0) prior_information_[i] = rigidity * system.pose_block(row);
     }
   }
 
@@ -323,7 +317,7 @@ class Solver {
     for (size_t i = 0; i < bundle_.poses.size(); ++i) {
       const int row = layout_.pose_row[i];
       if (row < 0 || !(bundle_.poses[i].stiffness.rigidity > 0)) continue;
-      system->AddBlock(row, row, prior_information_[i]);
+      system->pose_block(row) += prior_information_[i];
       system->gradient.segment<6>(row) +=
           prior_information_[i] * PoseIncrement(start_[i], bundle_.poses[i]);
     }
@@ -336,9 +330,10 @@ class Solver {
       const int param = camera.refined[k];
       const double information = PriorInformation(camera, param);
       if (information == 0) continue;
-      const int row = layout_.camera_row[i] + static_cast<int>(k);
-      system->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
-      system->gradient[row] += information * (camera.params[param] - camera.prior[param]);
+      const int row = layout_.camera_row[i];
+      system->camera_block(row, layout_.camera_size[i])(k, k) += information;
+      system->gradient[row + static_cast<int>(k)] +=
+          information * (camera.params[param] - camera.prior[param]);
     }
   }
 
@@ -377,7 +372,8 @@ class Solver {
   double gain_of_cameras_ =
       0;  // decrease of the cost that the last step of poses and intrinsics brings
   std::vector<std::unique_ptr<ExplicitSystem>> explicit_;  // one a chunk
-  std::vector<std::unique_ptr<ImplicitSystem>> implicit_;  // one a chunk
+  std::vector<std::unique_ptr<ReducedSystem>> direct_;     // one a chunk
+  std::vector<EliminatedPoints> eliminated_{chunks_.size()};
   std::shared_ptr<const BundleFactor> factor_;
   std::vector<int> factor_rows_;
   int num_decompositions_ = 0;

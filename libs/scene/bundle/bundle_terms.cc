@@ -51,11 +51,13 @@ BundleLayout MakeLayout(const Bundle& bundle) {
   for (const BundlePose& pose : bundle.poses) {
     layout.pose_row.push_back(pose.constant ? -1 : 6 * layout.num_free_poses);
     layout.num_free_poses += !pose.constant;
+    layout.camera_of_pose.push_back(pose.camera);
   }
   layout.size = 6 * layout.num_free_poses;
   for (const BundleCamera& camera : bundle.cameras) {
     layout.camera_row.push_back(camera.refined.empty() ? -1 : layout.size);
-    layout.size += static_cast<int>(camera.refined.size());
+    layout.camera_size.push_back(static_cast<int>(camera.refined.size()));
+    layout.size += layout.camera_size.back();
   }
   return layout;
 }
@@ -94,7 +96,7 @@ bool Linearise(const Bundle& bundle, const BundleLayout& layout, const RobustLos
   term->pose_row = layout.pose_row[observation.pose];
   term->pose = term->pose_row < 0 ? -1 : observation.pose;
   term->camera_row = layout.camera_row[pose.camera];
-  term->camera_size = static_cast<int>(camera.refined.size());
+  term->camera_size = layout.camera_size[pose.camera];
   const Eigen::Vector3d in_cam = pose.R * point.xyz + pose.t;
   Eigen::Vector2d pixel;
   Eigen::Matrix<double, 2, 3> J;
@@ -114,7 +116,9 @@ bool Linearise(const Bundle& bundle, const BundleLayout& layout, const RobustLos
       term->J_camera.col(i) += root * J_all.col(1);
   }
   if (term->pose_row < 0) return true;
-  term->J_pose.leftCols<3>().noalias() = -J * CrossProductMatrix(in_cam);
+  for (int row = 0; row < 2; ++row) {
+    term->J_pose.row(row).head<3>() = in_cam.cross(J.row(row).transpose());
+  }
   term->J_pose.rightCols<3>() = -J;
   term->W.noalias() = term->J_pose.transpose() * term->J_point;
   return true;

@@ -11,7 +11,9 @@ namespace skein {
 // -1: not in it.
 struct BundleLayout {
   std::vector<int> pose_row;
+  std::vector<int> camera_of_pose;
   std::vector<int> camera_row;
+  std::vector<int> camera_size;  // refined parameters
   int num_free_poses = 0;
   int size = 0;
 };

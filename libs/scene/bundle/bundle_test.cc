@@ -432,7 +432,9 @@ TEST(ReducedSystem, DenseAndSparseCholeskyAgree) {
   BundleLayout layout;
   layout.num_free_poses = kNumPoses;
   for (int i = 0; i < kNumPoses; ++i) layout.pose_row.push_back(6 * i);
+  layout.camera_of_pose.assign(kNumPoses, 0);
   layout.camera_row = {6 * kNumPoses};
+  layout.camera_size = {2};
   layout.size = 6 * kNumPoses + 2;
   PosePattern pattern(kNumPoses);
   for (int i = 0; i < kNumPoses; ++i) {
@@ -447,13 +449,12 @@ TEST(ReducedSystem, DenseAndSparseCholeskyAgree) {
     system->SetZero();
     for (int i = 0; i < kNumPoses; ++i) {
       const Eigen::Matrix<double, 40, 6> A = J.leftCols(6), B = J.rightCols(6);
-      system->AddBlock(6 * i, 6 * i, Eigen::Matrix<double, 6, 6>(A.transpose() * A));
-      system->AddBlock(6 * i, 6 * kNumPoses, Eigen::Matrix<double, 6, 2>(A.transpose() * K));
+      system->pose_block(6 * i) += A.transpose() * A;
+      system->cross_block(6 * i, 2) += A.transpose() * K;
       if (i + 1 == kNumPoses) continue;
-      system->SubtractBlock(6 * i, 6 * i + 6, Eigen::Matrix<double, 6, 6>(0.1 * A.transpose() * B));
+      system->schur().pose_block(6 * i, 6 * i + 6) += 0.1 * A.transpose() * B;
     }
-    system->AddBlock(6 * kNumPoses, 6 * kNumPoses,
-                     Eigen::Matrix2d(2 * kNumPoses * K.transpose() * K));
+    system->camera_block(6 * kNumPoses, 2) += 2 * kNumPoses * K.transpose() * K;
   }
   const Eigen::VectorXd b = Eigen::VectorXd::Random(layout.size);
   const Eigen::VectorXd damping = Eigen::VectorXd::Constant(layout.size, 10);

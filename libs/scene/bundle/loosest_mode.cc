@@ -201,7 +201,10 @@ class ReducedCovariance {
   void AddPoint(const BundlePoint& point, PointTerms* terms, Part* part) const {
     ForEachPiece(point, terms, [&] {
       AddDirect(*terms, part->system.get());
-      if (!point.constant) EliminatePoint(terms, part->system.get());
+      if (!point.constant) {
+        terms->SetCouplings();
+        AddSchurBlocks(*terms, &part->system->schur());
+      }
       for (int i = 0; i < terms->size; ++i) {
         part->squared_residuals += terms->terms[i].residual.squaredNorm();
       }
@@ -241,9 +244,8 @@ class ReducedCovariance {
     for (size_t i = 0; i < bundle_.cameras.size(); ++i) {
       const BundleCamera& camera = bundle_.cameras[i];
       for (size_t k = 0; k < camera.refined.size(); ++k) {
-        const int row = layout_.camera_row[i] + static_cast<int>(k);
-        const double information = PriorInformation(camera, camera.refined[k]);
-        system_->AddBlock(row, row, Eigen::Matrix<double, 1, 1>(information));
+        system_->camera_block(layout_.camera_row[i], layout_.camera_size[i])(k, k) +=
+            PriorInformation(camera, camera.refined[k]);
       }
     }
   }
@@ -252,7 +254,7 @@ class ReducedCovariance {
   // poses does not matter, as long as these are seven independent conditions.
   Eigen::VectorXd HoldGauge() {
     const auto information = [this](int i) {
-      return system_->direct_block(layout_.pose_row[i]).diagonal().tail<3>().sum();
+      return system_->pose_block(layout_.pose_row[i]).diagonal().tail<3>().sum();
     };
     int held = 0, far = 0;
     for (size_t i = 0; i < centers_.size(); ++i) {
@@ -264,11 +266,11 @@ class ReducedCovariance {
     }
     Eigen::VectorXd damping = Eigen::VectorXd::Zero(layout_.size);
     damping.segment<6>(layout_.pose_row[held]) =
-        system_->diagonal.segment<6>(layout_.pose_row[held]);
+        system_->pose_block(layout_.pose_row[held]).diagonal();
     Eigen::Matrix<double, 6, 1> condition = Eigen::Matrix<double, 6, 1>::Zero();
     condition.tail<3>() = bundle_.poses[far].R * (centers_[far] - centers_[held]).normalized();
-    const Eigen::Matrix<double, 6, 6> block = information(far) * condition * condition.transpose();
-    system_->AddBlock(layout_.pose_row[far], layout_.pose_row[far], block);
+    system_->pose_block(layout_.pose_row[far]) +=
+        information(far) * condition * condition.transpose();
     return damping;
   }
 

@@ -5,46 +5,28 @@
 namespace skein {
 namespace {
 
-void SubtractFromPose(const PointTerms& point, int i, ExplicitSystem* system) {
+using Block63 = Eigen::Matrix<double, 6, 3>;
+
+// Adds the blocks of observation i with itself, with those that follow, and with the cameras.
+void AddSchurBlocksOf(const PointTerms& point, int i, SchurBlocks* schur) {
   const ObservationTerm& a = point.terms[i];
-  const Eigen::Matrix<double, 6, 3> Y = a.W * point.V_inverse;
-  system->SubtractBlock(a.pose_row, a.pose_row, Y * a.W.transpose());
+  const Block63 Y = a.W * point.V_inverse;
+  schur->pose_block(a.pose_row, a.pose_row).noalias() += Y * a.W.transpose();
   for (int j = i + 1; j < point.size; ++j) {
     const ObservationTerm& b = point.terms[j];
     if (b.pose_row < 0) continue;
     if (a.pose_row < b.pose_row) {
-      system->SubtractBlock(a.pose_row, b.pose_row, Y * b.W.transpose());
+      schur->pose_block(a.pose_row, b.pose_row).noalias() += Y * b.W.transpose();
     } else if (a.pose_row == b.pose_row) {  // the point twice in one image
-      const Eigen::Matrix<double, 6, 6> twice = Y * b.W.transpose();
-      system->SubtractBlock(a.pose_row, a.pose_row, twice + twice.transpose());
+      const Matrix6d twice = Y * b.W.transpose();
+      schur->pose_block(a.pose_row, a.pose_row) += twice + twice.transpose();
     } else {
-      system->SubtractBlock(b.pose_row, a.pose_row, b.W * Y.transpose());
+      schur->pose_block(b.pose_row, a.pose_row).noalias() += b.W * Y.transpose();
     }
   }
   for (const Coupling& c : point.couplings) {
-    system->SubtractBlock(a.pose_row, c.row, Y * c.W.topRows(c.size).transpose());
-  }
-}
-
-void SubtractFromCameras(const PointTerms& point, ExplicitSystem* system) {
-  for (const Coupling& a : point.couplings) {
-    const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxIntrinsics, 3> Y =
-        a.W.topRows(a.size) * point.V_inverse;
-    for (const Coupling& b : point.couplings) {
-      if (a.row <= b.row) system->SubtractBlock(a.row, b.row, Y * b.W.topRows(b.size).transpose());
-    }
-  }
-}
-
-void AddSchurGradient(const PointTerms& point, ReducedSystem* system) {
-  const Eigen::Vector3d v = point.V_inverse * point.gradient;
-  for (int i = 0; i < point.size; ++i) {
-    const ObservationTerm& term = point.terms[i];
-    if (term.pose_row < 0) continue;
-    system->schur_gradient.segment<6>(term.pose_row).noalias() += term.W * v;
-  }
-  for (const Coupling& c : point.couplings) {
-    system->schur_gradient.segment(c.row, c.size) += c.W.topRows(c.size) * v;
+    schur->border_block(a.pose_row, c.row, 6, c.size).noalias() +=
+        Y.lazyProduct(c.W.topRows(c.size).transpose());
   }
 }
 
@@ -88,36 +70,47 @@ void AddDirect(const PointTerms& point, ReducedSystem* system) {
   for (int i = 0; i < point.size; ++i) {
     const ObservationTerm& term = point.terms[i];
     if (term.pose_row >= 0) {
-      system->AddBlock(term.pose_row, term.pose_row, term.J_pose.transpose() * term.J_pose);
-      system->gradient.segment<6>(term.pose_row) += term.J_pose.transpose() * term.residual;
+      system->pose_block(term.pose_row).noalias() += term.J_pose.transpose() * term.J_pose;
+      system->gradient.segment<6>(term.pose_row).noalias() +=
+          term.J_pose.transpose() * term.residual;
     }
     if (term.camera_row < 0) continue;
     const auto J = term.J_camera.leftCols(term.camera_size);
-    system->AddBlock(term.camera_row, term.camera_row, J.transpose() * J);
-    system->gradient.segment(term.camera_row, term.camera_size) += J.transpose() * term.residual;
+    system->camera_block(term.camera_row, term.camera_size).noalias() +=
+        J.transpose().lazyProduct(J);
+    system->gradient.segment(term.camera_row, term.camera_size).noalias() +=
+        J.transpose().lazyProduct(term.residual);
     if (term.pose_row < 0) continue;
-    system->AddBlock(term.pose_row, term.camera_row, term.J_pose.transpose() * J);
+    system->cross_block(term.pose_row, term.camera_size).noalias() +=
+        term.J_pose.transpose().lazyProduct(J);
   }
 }
 
-void EliminatePoint(PointTerms* point, ExplicitSystem* system) {
-  point->SetCouplings();
-  AddSchurGradient(*point, system);
-  for (int i = 0; i < point->size; ++i) {
-    if (point->terms[i].pose_row >= 0) SubtractFromPose(*point, i, system);
+void AddSchurGradient(const PointTerms& point, ReducedSystem* system) {
+  const Eigen::Vector3d v = point.V_inverse * point.gradient;
+  for (int i = 0; i < point.size; ++i) {
+    const ObservationTerm& term = point.terms[i];
+    if (term.pose_row < 0) continue;
+    system->schur_gradient.segment<6>(term.pose_row).noalias() += term.W * v;
   }
-  SubtractFromCameras(*point, system);
+  for (const Coupling& c : point.couplings) {
+    system->schur_gradient.segment(c.row, c.size).noalias() += c.W.topRows(c.size).lazyProduct(v);
+  }
 }
 
-void EliminatePoint(PointTerms* point, ImplicitSystem* system) {
-  point->SetCouplings();
-  AddSchurGradient(*point, system);
-  for (int i = 0; i < point->size; ++i) {
-    const ObservationTerm& term = point->terms[i];
-    if (term.pose_row >= 0) system->KeepPose(term.pose_row, term.W);
+void AddSchurBlocks(const PointTerms& point, SchurBlocks* schur) {
+  for (int i = 0; i < point.size; ++i) {
+    if (point.terms[i].pose_row >= 0) AddSchurBlocksOf(point, i, schur);
   }
-  for (const Coupling& c : point->couplings) system->KeepCamera(c);
-  system->EndPoint(point->V_inverse);
+  for (const Coupling& a : point.couplings) {
+    const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxIntrinsics, 3> Y =
+        a.W.topRows(a.size) * point.V_inverse;
+    for (const Coupling& b : point.couplings) {
+      if (a.row > b.row) continue;
+      schur->border_block(a.row, b.row, a.size, b.size).noalias() +=
+          Y.lazyProduct(b.W.topRows(b.size).transpose());
+    }
+  }
 }
 
 }  // namespace skein

@@ -6,7 +6,6 @@
 
 #include "bundle/bundle.h"
 #include "bundle/bundle_terms.h"
-#include "bundle/implicit_system.h"
 #include "bundle/reduced_system.h"
 
 namespace skein {
@@ -19,6 +18,13 @@ constexpr double kMinDiagonal = 1e-6;
 // 1 / m of the products.
 constexpr int kPieceLength = 32;
 inline int NumPieces(const BundlePoint& point) { return std::max(1, point.count / kPieceLength); }
+
+// A row block of W, the coupling of a pose or a camera with a point.
+struct Coupling {
+  Coupling(int row, int size) : row(row), size(size) {}
+  int row, size;
+  Eigen::Matrix<double, kMaxIntrinsics, 3> W = Eigen::Matrix<double, kMaxIntrinsics, 3>::Zero();
+};
 
 // A point's linearised observations and its own block of the normal equations.
 struct PointTerms {
@@ -38,11 +44,13 @@ struct PointTerms {
   void SetCouplings();
 };
 
-// Adds the cameras' part of the observations to U.
+// Adds the cameras' part of the observations to U and its right-hand side.
 void AddDirect(const PointTerms& point, ReducedSystem* system);
 
-// Takes the point out of the system: S -= W V^-1 W', and the same for the right-hand side.
-void EliminatePoint(PointTerms* point, ExplicitSystem* system);
-void EliminatePoint(PointTerms* point, ImplicitSystem* system);
+// Adds W V^-1 J_p' r to the right-hand side. The couplings are set.
+void AddSchurGradient(const PointTerms& point, ReducedSystem* system);
+
+// Adds W V^-1 W' to what the points take out of U. The couplings are set.
+void AddSchurBlocks(const PointTerms& point, SchurBlocks* schur);
 
 }  // namespace skein

@@ -10,111 +10,18 @@
 namespace skein {
 namespace {
 
-using ConstBlock = Eigen::Map<const Eigen::MatrixXd>;
-
-// Upper triangle by blocks: 6 x 6 of the poses, one after the other in memory, and the columns of
-// the cameras, few, as a border. `pattern`: empty if there may be a block at any two poses.
-class PoseBlocks {
- public:
-  PoseBlocks(const PosePattern& pattern, const BundleLayout& layout)
-      : num_poses_(layout.num_free_poses),
-        num_pose_rows_(6 * num_poses_),
-        columns_(pattern),
-        first_(num_poses_ + 1, 0),
-        border_(layout.size, layout.size - num_pose_rows_) {
-    for (int i = 0; i < num_poses_; ++i) first_[i + 1] = first_[i] + NumColumns(i);
-    blocks_.resize(first_.back());
-  }
-
-  void Add(int row, int column, const double* values, int rows, int columns, double sign) {
-    if (column >= num_pose_rows_) {
-      border_.block(row, column - num_pose_rows_, rows, columns) +=
-          sign * ConstBlock(values, rows, columns);
-      return;
-    }
-    const Eigen::Map<const Matrix6d> block(values);
-    if (sign > 0) {
-      blocks_[IndexOf(row / 6, column / 6)] += block;
-    } else {
-      blocks_[IndexOf(row / 6, column / 6)] -= block;
-    }
-  }
-  void SetZero() {
-    for (Matrix6d& block : blocks_) block.setZero();
-    border_.setZero();
-  }
-  void Add(const PoseBlocks& other) {
-    for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += other.blocks_[i];
-    border_ += other.border_;
-  }
-
-  // Calls function(row, column, block) for the poses' blocks: the first row and column of each.
-  template <typename Function>
-  void ForEach(const Function& function) const {
-    for (int i = 0; i < num_poses_; ++i) {
-      for (size_t k = 0; k < NumColumns(i); ++k) {
-        const int j = columns_.empty() ? i + static_cast<int>(k) : columns_[i][k];
-        function(6 * i, 6 * j, blocks_[first_[i] + k]);
-      }
-    }
-  }
-  void DropPoses() { blocks_ = {}; }
-  size_t size() const { return blocks_.size(); }
-  int num_pose_rows() const { return num_pose_rows_; }
-  const Eigen::MatrixXd& border() const { return border_; }
-
- private:
-  using Matrix6d = Eigen::Matrix<double, 6, 6>;
-
-  size_t NumColumns(int i) const {
-    return columns_.empty() ? static_cast<size_t>(num_poses_ - i) : columns_[i].size();
-  }
-  size_t IndexOf(int i, int j) const {
-    if (columns_.empty()) return first_[i] + (j - i);
-    return first_[i] +
-           (std::lower_bound(columns_[i].begin(), columns_[i].end(), j) - columns_[i].begin());
-  }
-
-  const int num_poses_, num_pose_rows_;
-  const PosePattern columns_;  // block columns of each block row, ascending
-  std::vector<size_t> first_;  // of each row in blocks_
-  std::vector<Matrix6d> blocks_;
-  Eigen::MatrixXd border_;
-};
-
-class BlockSystem : public ExplicitSystem {
- public:
-  BlockSystem(const PosePattern& pattern, const BundleLayout& layout)
-      : ExplicitSystem(layout.size), blocks_(pattern, layout) {}
-
-  void DropMatrix() override { blocks_.DropPoses(); }
-
- protected:
-  void Add(int row, int column, const double* values, int rows, int columns, double sign) override {
-    blocks_.Add(row, column, values, rows, columns, sign);
-  }
-  void SetMatrixZero() override { blocks_.SetZero(); }
-  void AddMatrix(const ReducedSystem& other) override {
-    blocks_.Add(static_cast<const BlockSystem&>(other).blocks_);
-  }
-  const PoseBlocks& blocks() const { return blocks_; }
-
- private:
-  PoseBlocks blocks_;
-};
-
-class DenseSystem : public BlockSystem {
+class DenseSystem : public ExplicitSystem {
  public:
   DenseSystem(const BundleLayout& layout, int num_threads)
-      : BlockSystem({}, layout), num_threads_(num_threads) {}
+      : ExplicitSystem({}, layout), num_threads_(num_threads) {}
 
   bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
              Eigen::VectorXd* x) override {
     U_.resize(b.size(), b.size());
-    blocks().ForEach([this](int row, int column, const Eigen::Matrix<double, 6, 6>& block) {
+    ForEachPoseBlock([this](int row, int column, const Matrix6d& block) {
       U_.block<6, 6>(row, column) = block;
     });
-    U_.rightCols(blocks().border().cols()) = blocks().border();
+    U_.rightCols(b.size() - num_pose_rows()) = SchurBorder();
     U_.diagonal() += damping;
     if (!DecomposeDense(num_threads_, &U_)) return false;
     *x = SolveAgain(b);
@@ -130,9 +37,9 @@ class DenseSystem : public BlockSystem {
   Eigen::MatrixXd U_;  // factor U' U, after Solve
 };
 
-class SparseSystem : public BlockSystem {
+class SparseSystem : public ExplicitSystem {
  public:
-  using BlockSystem::BlockSystem;
+  using ExplicitSystem::ExplicitSystem;
 
   bool Solve(const Eigen::VectorXd& damping, const Eigen::VectorXd& b,
              Eigen::VectorXd* x) override {
@@ -149,22 +56,20 @@ class SparseSystem : public BlockSystem {
   // [A B; B' C] [x; z] = [b; d] through the Schur complement of A.
   Eigen::VectorXd SolveAgain(const Eigen::VectorXd& b) const override {
     Eigen::VectorXd x(b.size());
-    const int num_pose_rows = blocks().num_pose_rows();
-    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows));
-    const int border = static_cast<int>(blocks().border().cols());
-    x.head(num_pose_rows) = A_b;
+    const Eigen::VectorXd A_b = llt_.solve(b.head(num_pose_rows()));
+    x.head(num_pose_rows()) = A_b;
+    const auto border = B_.cols();
     if (border == 0) return x;
-    const auto B = blocks().border().topRows(num_pose_rows);
-    x.tail(border) = border_llt_.solve(b.tail(border) - B.transpose() * A_b);
-    x.head(num_pose_rows) -= A_B_ * x.tail(border);
+    x.tail(border) = border_llt_.solve(b.tail(border) - B_.transpose() * A_b);
+    x.head(num_pose_rows()) -= A_B_ * x.tail(border);
     return x;
   }
 
  private:
   Eigen::SparseMatrix<double> Matrix(const Eigen::VectorXd& damping) const {
     std::vector<Eigen::Triplet<double>> entries;
-    entries.reserve(36 * blocks().size());
-    blocks().ForEach([&](int row, int column, const Eigen::Matrix<double, 6, 6>& block) {
+    entries.reserve(36 * num_pose_blocks());
+    ForEachPoseBlock([&](int row, int column, const Matrix6d& block) {
       for (int c = 0; c < 6; ++c) {
         for (int r = 0; r < 6 && row + r <= column + c; ++r) {
           const bool is_diagonal = row + r == column + c;
@@ -173,26 +78,27 @@ class SparseSystem : public BlockSystem {
         }
       }
     });
-    Eigen::SparseMatrix<double> S(blocks().num_pose_rows(), blocks().num_pose_rows());
+    Eigen::SparseMatrix<double> S(num_pose_rows(), num_pose_rows());
     S.setFromTriplets(entries.begin(), entries.end());
     return S;
   }
 
   bool DecomposeBorder(const Eigen::VectorXd& damping) {
-    const int border = static_cast<int>(blocks().border().cols());
-    if (border == 0) return true;
-    const Eigen::MatrixXd B = blocks().border().topRows(blocks().num_pose_rows());
-    Eigen::MatrixXd C = blocks().border().bottomRows(border);
-    C.diagonal() += damping.tail(border);
+    const Eigen::MatrixXd border = SchurBorder();
+    const auto size = border.cols();
+    B_ = border.topRows(num_pose_rows());
+    if (size == 0) return true;
+    Eigen::MatrixXd C = border.bottomRows(size);
+    C.diagonal() += damping.tail(size);
     C = C.selfadjointView<Eigen::Upper>();
-    A_B_ = llt_.solve(B);
-    border_llt_.compute(C - B.transpose() * A_B_);
+    A_B_ = llt_.solve(B_);
+    border_llt_.compute(C - B_.transpose() * A_B_);
     return border_llt_.info() == Eigen::Success;
   }
 
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Upper> llt_;
   bool analysed_ = false;
-  Eigen::MatrixXd A_B_;  // A^-1 B
+  Eigen::MatrixXd B_, A_B_;  // A_B_: A^-1 B
   Eigen::LLT<Eigen::MatrixXd> border_llt_;
 };
 
@@ -218,20 +124,119 @@ double NumOperations(const PosePattern& pattern) {
 
 }  // namespace
 
+ReducedSystem::ReducedSystem(const BundleLayout& layout)
+    : gradient(layout.size),
+      schur_gradient(layout.size),
+      num_pose_rows_(6 * layout.num_free_poses),
+      poses_(6, num_pose_rows_),
+      cameras_(kMaxIntrinsics, layout.size - num_pose_rows_),
+      cross_(layout.num_free_poses),
+      camera_of_pose_(layout.num_free_poses) {
+  const auto rows_of = [&](size_t camera) -> Rows {
+    if (layout.camera_row[camera] < 0) return {};
+    return {layout.camera_row[camera], layout.camera_size[camera]};
+  };
+  for (size_t i = 0; i < layout.camera_row.size(); ++i) {
+    if (rows_of(i).size > 0) camera_rows_.push_back(rows_of(i));
+  }
+  for (size_t i = 0; i < layout.pose_row.size(); ++i) {
+    if (layout.pose_row[i] >= 0)
+      camera_of_pose_[layout.pose_row[i] / 6] = rows_of(layout.camera_of_pose[i]);
+  }
+}
+
+Eigen::VectorXd ReducedSystem::Diagonal() const {
+  Eigen::VectorXd diagonal(gradient.size());
+  for (int row = 0; row < num_pose_rows_; row += 6) {
+    diagonal.segment<6>(row) = pose_block(row).diagonal();
+  }
+  for (const Rows& rows : camera_rows_) {
+    diagonal.segment(rows.first, rows.size) =
+        cameras_.block(0, rows.first - num_pose_rows_, rows.size, rows.size).diagonal();
+  }
+  return diagonal;
+}
+
 void ReducedSystem::SetZero() {
   gradient.setZero();
   schur_gradient.setZero();
-  diagonal.setZero();
-  direct_.setZero();
-  SetMatrixZero();
+  poses_.setZero();
+  cameras_.setZero();
+  for (auto& block : cross_) block.setZero();
 }
 
 void ReducedSystem::Add(const ReducedSystem& other) {
   gradient += other.gradient;
   schur_gradient += other.schur_gradient;
-  diagonal += other.diagonal;
-  direct_ += other.direct_;
-  AddMatrix(other);
+  poses_ += other.poses_;
+  cameras_ += other.cameras_;
+  for (size_t i = 0; i < cross_.size(); ++i) cross_[i] += other.cross_[i];
+}
+
+void ReducedSystem::AddProduct(const Eigen::VectorXd& x, Eigen::VectorXd* y) const {
+  for (int row = 0; row < num_pose_rows_; row += 6) {
+    y->segment<6>(row).noalias() += pose_block(row) * x.segment<6>(row);
+    const Rows& camera = camera_of_pose_[row / 6];
+    if (camera.size == 0) continue;
+    const auto W = cross_[row / 6].leftCols(camera.size);
+    y->segment<6>(row) += W * x.segment(camera.first, camera.size);
+    y->segment(camera.first, camera.size) += W.transpose() * x.segment<6>(row);
+  }
+  for (const Rows& rows : camera_rows_) {
+    y->segment(rows.first, rows.size) +=
+        cameras_.block(0, rows.first - num_pose_rows_, rows.size, rows.size) *
+        x.segment(rows.first, rows.size);
+  }
+}
+
+Eigen::MatrixXd ReducedSystem::Border() const {
+  Eigen::MatrixXd border = Eigen::MatrixXd::Zero(gradient.size(), cameras_.cols());
+  for (const Rows& rows : camera_rows_) {
+    const int column = rows.first - num_pose_rows_;
+    border.block(rows.first, column, rows.size, rows.size) =
+        cameras_.block(0, column, rows.size, rows.size);
+  }
+  for (size_t i = 0; i < camera_of_pose_.size(); ++i) {
+    const Rows& rows = camera_of_pose_[i];
+    border.block(6 * i, rows.first - num_pose_rows_, 6, rows.size) = cross_[i].leftCols(rows.size);
+  }
+  return border;
+}
+
+SchurBlocks::SchurBlocks(const PosePattern& pattern, const BundleLayout& layout)
+    : num_poses_(layout.num_free_poses),
+      num_pose_rows_(6 * num_poses_),
+      columns_(pattern),
+      first_(num_poses_ + 1, 0),
+      border_(layout.size, layout.size - num_pose_rows_) {
+  for (int i = 0; i < num_poses_; ++i) first_[i + 1] = first_[i] + NumColumns(i);
+  blocks_.resize(first_.back());
+}
+
+size_t SchurBlocks::IndexOf(int i, int j) const {
+  if (columns_.empty()) return first_[i] + (j - i);
+  return first_[i] +
+         (std::lower_bound(columns_[i].begin(), columns_[i].end(), j) - columns_[i].begin());
+}
+
+void SchurBlocks::SetZero() {
+  for (Matrix6d& block : blocks_) block.setZero();
+  border_.setZero();
+}
+
+void SchurBlocks::Add(const SchurBlocks& other) {
+  for (size_t i = 0; i < blocks_.size(); ++i) blocks_[i] += other.blocks_[i];
+  border_ += other.border_;
+}
+
+void ExplicitSystem::SetZero() {
+  ReducedSystem::SetZero();
+  schur_.SetZero();
+}
+
+void ExplicitSystem::Add(const ExplicitSystem& other) {
+  ReducedSystem::Add(other);
+  schur_.Add(other.schur_);
 }
 
 std::unique_ptr<ExplicitSystem> MakeDenseSystem(const BundleLayout& layout, int num_threads) {
