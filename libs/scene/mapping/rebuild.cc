@@ -131,4 +131,10 @@ MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
   return agreement;
 }
 
+bool MapErrors::AreSmallerThan(const MapErrors& other) const {
+  return num_photos >= other.num_photos && expected < other.expected &&
+         (reprojection_px < other.reprojection_px || agreeing > other.agreeing) &&
+         static_cast<double>(agreeing) >= kMinAgreeing * static_cast<double>(other.agreeing);
+}
+
 }  // namespace skein

@@ -48,4 +48,22 @@ bool MayWinMatches(const SubmapOptions& options, const MatchAgreement& agreement
 MatchAgreement CountMatches(const SubmapOptions& options, const SceneMap& map,
                             const WaitingPhotos& waiting);
 
+// A map of the same photos is absorbed, or taken for its smaller errors, if this part of the
+// matches agrees with it. mamechun-room's had 0.99 and six photos more, one of photos and their
+// mirror images had 0.51.
+constexpr double kMinAgreeing = 0.9;
+
+// A finished map, for the comparison with another one of the same photos.
+struct MapErrors {
+  int num_photos = 0;
+  double reprojection_px = 0;  // mean of the observations
+  double expected = 0;         // position error, as a fraction of the extent
+  int64_t agreeing = 0;        // as in MatchAgreement
+
+  // With no fewer photos and the smaller expected error, and the smaller reprojection error or more
+  // matches that agree: a map that drops right matches of a photo at a false pose has the smaller
+  // reprojection error.
+  bool AreSmallerThan(const MapErrors& other) const;
+};
+
 }  // namespace skein

@@ -24,6 +24,7 @@
 
 namespace skein {
 
+struct MapErrors;
 struct MatchAgreement;
 
 struct SubmapStatistics {
@@ -216,6 +217,7 @@ class Submap {
 
   void AdjustWithPointsAnew(const EventSink& sink);
   bool MayHaveSmallerError() const;
+  MapErrors Errors() const;
   void TakeSmallerError(const EventSink& sink);
   void BeginAnewIfSmall(const EventSink& sink);
   bool IsVerdictKnown(const Batch& batch) const;

@@ -10,11 +10,6 @@
 namespace skein {
 namespace {
 
-// A map of the same photos is absorbed, or taken for its smaller errors, if this part of the
-// matches agrees with it. mamechun-room's had 0.99 and six photos more, one of photos and their
-// mirror images had 0.51.
-constexpr double kMinAgreeing = 0.9;
-
 // Expected position error, as a fraction of the extent, from which on a map may be the wrong one of
 // several minima. Of simulated videos with a rolling shutter, maps 6 to 11 % off expect 0.9 to
 // 3.4 %, maps 0.4 to 0.9 % off up to 0.8 %. Maps of still photos rarely expect as much.
@@ -198,6 +193,12 @@ bool Submap::MayHaveSmallerError() const {
          map_->pairs().size() != num_pairs_compared_;
 }
 
+MapErrors Submap::Errors() const {
+  const SubmapStatistics statistics = Statistics();
+  return {statistics.num_images, statistics.mean_reprojection_error_px,
+          statistics.check.shape.position_sigma, CountMatches(options_, *map_, waiting_).agreeing};
+}
+
 // A map of all photos at once has no history. Both are finished, so that their errors can be
 // compared: those that it shows and those that it expects.
 void Submap::TakeSmallerError(const EventSink& sink) {
@@ -206,21 +207,13 @@ void Submap::TakeSmallerError(const EventSink& sink) {
   if (options_.IsStopped()) return;
   num_pairs_compared_ = map_->pairs().size();
   if (anew == nullptr) return;
-  const SubmapStatistics here = Statistics(), there = anew->Statistics();
-  const auto agreeing = [&](const Submap& submap) {
-    return static_cast<double>(CountMatches(options_, *submap.map_, submap.waiting_).agreeing);
-  };
-  const double expected_here = here.check.shape.position_sigma;
-  const double expected_there = there.check.shape.position_sigma;
-  const bool is_smaller = there.num_images >= here.num_images &&
-                          there.mean_reprojection_error_px < here.mean_reprojection_error_px &&
-                          expected_there < expected_here &&
-                          agreeing(*anew) >= kMinAgreeing * agreeing(*this);
+  const MapErrors before = Errors(), after = anew->Errors();
+  const bool is_smaller = after.AreSmallerThan(before);
   LogInfo(
       "mapped anew for its error: {} photos, {:.3f} px for {} and {:.3f}, {:.3f} % expected, "
-      "{:.3f} before; {}",
-      there.num_images, there.mean_reprojection_error_px, here.num_images,
-      here.mean_reprojection_error_px, 100 * expected_there, 100 * expected_here,
+      "{:.3f} before, {} matches agree, {} before; {}",
+      after.num_photos, after.reprojection_px, before.num_photos, before.reprojection_px,
+      100 * after.expected, 100 * before.expected, after.agreeing, before.agreeing,
       is_smaller ? "taken" : "left");
   if (!is_smaller) return;
   ReplaceByRebuilt(anew.get(), sink);
