@@ -248,7 +248,7 @@ class Solver {
   template <typename Use>
   void Accumulate(size_t chunk, double lambda, ReducedSystem* system, const Use& use) {
     EliminatedPoints& eliminated = eliminated_[chunk];
-    eliminated.Clear();
+    eliminated.Begin(bundle_, chunks_[chunk]);
     PointTerms terms;
     for (int p = chunks_[chunk].begin; p < chunks_[chunk].end; ++p) {
       terms.Set(bundle_, layout_, loss_, bundle_.points[p], lambda);

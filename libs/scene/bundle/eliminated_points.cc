@@ -2,11 +2,16 @@
 
 namespace skein {
 
-void EliminatedPoints::Clear() {
+void EliminatedPoints::Begin(const Bundle& bundle, const PointRange& range) {
   poses_.clear();
   pose_rows_.clear();
   cameras_.clear();
   points_.clear();
+  size_t num_observations = 0;
+  for (int p = range.begin; p < range.end; ++p) num_observations += bundle.points[p].count;
+  poses_.reserve(num_observations);
+  pose_rows_.reserve(num_observations);
+  points_.reserve(range.end - range.begin);
 }
 
 void EliminatedPoints::Add(int index, const PointTerms& point) {

@@ -12,7 +12,8 @@ namespace skein {
 // costs as much as there are observations; the matrix costs the sum of the squared track lengths.
 class EliminatedPoints {
  public:
-  void Clear();
+  // Empties it, with room for points [range.begin, range.end).
+  void Begin(const Bundle& bundle, const PointRange& range);
   // `index`: in the bundle. The point's couplings are set.
   void Add(int index, const PointTerms& point);
 
