@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <random>
 
+#include "bundle/factor_kernels.h"
 #include "testing/test_random.h"
 
 namespace skein::dense_factor_test {
@@ -48,6 +49,18 @@ TEST_P(DenseFactor, RefusesWhatIsNotPositiveDefinite) {
     S(row, row) = -1;
     EXPECT_FALSE(DecomposeDense(2, &S, GetParam())) << row;
   }
+}
+
+TEST_P(DenseFactor, KernelAddsProductsOfBlocks) {
+  using Block = Eigen::Matrix<double, 6, 3>;
+  using Square = Eigen::Matrix<double, 6, 6>;
+  const Block Y = RandomMatrix(6, &random_).leftCols<3>(),
+              W = RandomMatrix(6, &random_).leftCols<3>();
+  const Square before = RandomMatrix(6, &random_);
+  Square C = before;
+  FactorKernelOf(GetParam()).add_product(Y.data(), W.data(), C.data());
+  const Square expected = before + Y * W.transpose();
+  EXPECT_LE((C - expected).norm(), 1e-14 * expected.norm());
 }
 
 INSTANTIATE_TEST_SUITE_P(Versions, DenseFactor, testing::ValuesIn(kInstructionSets),

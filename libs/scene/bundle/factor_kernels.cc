@@ -3,7 +3,7 @@
 namespace skein {
 
 FactorKernel FactorKernelOf(InstructionSet version) {
-  RequireInstructionSet(version, "the kernel of Cholesky");
+  RequireInstructionSet(version, "the kernel of the Schur complement");
 #if defined(__x86_64__)
   if (version == InstructionSet::kAvx512) return Avx512FactorKernel();
   if (version == InstructionSet::kAvx2) return Avx2FactorKernel();

@@ -1,4 +1,5 @@
-// The innermost step of a dense Cholesky decomposition.
+// The innermost steps of the Schur complement: its sum over the points, and its dense Cholesky
+// decomposition.
 #pragma once
 
 #include <cstddef>
@@ -24,6 +25,8 @@ struct TileTask {
 struct FactorKernel {
   int rows;  // of a tile; divides kMaxTileRows
   void (*subtract)(const TileTask&);
+  // C += Y W'. Y and W: 6 x 3, C: 6 x 6, column major, one column after the other.
+  void (*add_product)(const double* Y, const double* W, double* C);
 };
 
 // Throws std::invalid_argument for a version that is not supported here.

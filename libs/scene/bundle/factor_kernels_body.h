@@ -49,7 +49,33 @@ void SubtractTile(const TileTask& task) {
   }
 }
 
-FactorKernel MakeKernel() { return {2 * kLanes, SubtractTile}; }
+// Rows 0 to 3 and rows 4 and 5 of a column.
+typedef double Four __attribute__((vector_size(32)));
+typedef double Two __attribute__((vector_size(16)));
+struct Column {
+  Four upper;
+  Two lower;
+};
+inline Column LoadColumn(const double* p) {
+  Column column;
+  __builtin_memcpy(&column.upper, p, sizeof column.upper);
+  __builtin_memcpy(&column.lower, p + 4, sizeof column.lower);
+  return column;
+}
+
+void AddProduct(const double* Y, const double* W, double* C) {
+  const Column y0 = LoadColumn(Y), y1 = LoadColumn(Y + 6), y2 = LoadColumn(Y + 12);
+#pragma GCC unroll 6
+  for (int j = 0; j < 6; ++j) {
+    Column c = LoadColumn(C + 6 * j);
+    c.upper += y0.upper * W[j] + y1.upper * W[6 + j] + y2.upper * W[12 + j];
+    c.lower += y0.lower * W[j] + y1.lower * W[6 + j] + y2.lower * W[12 + j];
+    __builtin_memcpy(C + 6 * j, &c.upper, sizeof c.upper);
+    __builtin_memcpy(C + 6 * j + 4, &c.lower, sizeof c.lower);
+  }
+}
+
+FactorKernel MakeKernel() { return {2 * kLanes, SubtractTile, AddProduct}; }
 
 }  // namespace
 }  // namespace skein

@@ -2,6 +2,8 @@
 
 #include <Eigen/LU>
 
+#include "bundle/factor_kernels.h"
+
 namespace skein {
 namespace {
 
@@ -11,17 +13,18 @@ using Block63 = Eigen::Matrix<double, 6, 3>;
 void AddSchurBlocksOf(const PointTerms& point, int i, SchurBlocks* schur) {
   const ObservationTerm& a = point.terms[i];
   const Block63 Y = a.W * point.V_inverse;
-  schur->pose_block(a.pose_row, a.pose_row).noalias() += Y * a.W.transpose();
+  static const FactorKernel kernel = FactorKernelOf(FastestInstructionSet());
+  kernel.add_product(Y.data(), a.W.data(), schur->pose_block(a.pose_row, a.pose_row).data());
   for (int j = i + 1; j < point.size; ++j) {
     const ObservationTerm& b = point.terms[j];
     if (b.pose_row < 0) continue;
     if (a.pose_row < b.pose_row) {
-      schur->pose_block(a.pose_row, b.pose_row).noalias() += Y * b.W.transpose();
+      kernel.add_product(Y.data(), b.W.data(), schur->pose_block(a.pose_row, b.pose_row).data());
     } else if (a.pose_row == b.pose_row) {  // the point twice in one image
       const Matrix6d twice = Y * b.W.transpose();
       schur->pose_block(a.pose_row, a.pose_row) += twice + twice.transpose();
     } else {
-      schur->pose_block(b.pose_row, a.pose_row).noalias() += b.W * Y.transpose();
+      kernel.add_product(b.W.data(), Y.data(), schur->pose_block(b.pose_row, a.pose_row).data());
     }
   }
   for (const Coupling& c : point.couplings) {
