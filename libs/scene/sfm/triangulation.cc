@@ -2,7 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -99,8 +99,9 @@ Eigen::Vector3d TriangulatePoint(const Matrix3x4d& cam1_from_world,
   A.row(1) = point1[1] * cam1_from_world.row(2) - cam1_from_world.row(1);
   A.row(2) = point2[0] * cam2_from_world.row(2) - cam2_from_world.row(0);
   A.row(3) = point2[1] * cam2_from_world.row(2) - cam2_from_world.row(1);
-  const Eigen::JacobiSVD<Eigen::Matrix4d> svd(A, Eigen::ComputeFullV);
-  return svd.matrixV().col(3).hnormalized();
+  const auto B = A.leftCols<3>();
+  const Eigen::Matrix3d normal = B.transpose() * B;
+  return -normal.inverse() * (B.transpose() * A.col(3));
 }
 
 double CalculateTriangulationAngle(const Eigen::Vector3d& center1, const Eigen::Vector3d& center2,
