@@ -8,7 +8,7 @@
 
 namespace skein {
 
-// The point that two cameras see, by the direct linear transform (Hartley and Zisserman 2004,
+// The point that two cameras see, by the inhomogeneous linear method (Hartley and Zisserman 2004,
 // section 12.2). Points on the plane at depth 1; the result may lie behind a camera.
 Eigen::Vector3d TriangulatePoint(const Matrix3x4d& cam1_from_world,
                                  const Matrix3x4d& cam2_from_world, const Eigen::Vector2d& point1,
