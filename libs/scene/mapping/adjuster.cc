@@ -118,11 +118,12 @@ void Adjuster::AdjustGlobally(int max_rounds, bool retriangulate, bool final) {
 
 bool Adjuster::ChooseIntrinsics() {
   const Timer timer;
-  bool any = ShareCamerasAgain(GlobalBaOptions(false), &map_);
-  any |= GiveOwnCameras(GlobalBaOptions(true), &map_);
+  bool any = false;
   if (options_.camera_model == kModelByEvidence) {
     any |= ChooseCameraModels(GlobalBaOptions(false), &map_);
   }
+  any |= ShareCamerasAgain(GlobalBaOptions(false), &map_);
+  any |= GiveOwnCameras(GlobalBaOptions(true), &map_);
   cost_.solve_s += timer.ElapsedS();
   return any;
 }

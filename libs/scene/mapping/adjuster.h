@@ -37,9 +37,9 @@ class Adjuster {
   // many that converge. If SubmapOptions::stop returns true, the BA ends with its present step,
   // after at least one.
   void AdjustGlobally(int max_rounds, bool retriangulate, bool final);
-  // After a global BA: which photos have intrinsics of their own (own_cameras.h), then the models
-  // that the cameras' photos call for (camera_models.h), if the options leave them open. True if a
-  // camera is another one now: another global BA must follow.
+  // After a global BA: the models that the cameras' photos call for (camera_models.h), if the
+  // options leave them open; then, which photos have intrinsics of their own (own_cameras.h). True
+  // if a camera is another one now: another global BA must follow.
   bool ChooseIntrinsics();
   // The options of a global BA. The BA starts from the last decomposition (`factor_`).
   BundleOptions GlobalBaOptions(bool converge) const;

@@ -17,8 +17,8 @@ namespace skein {
 namespace {
 
 // The largest (1 - r) s of one camera. r: the part of the squared errors that own intrinsics leave,
-// s: the standard deviation of ln f. One camera has 0.019 or less, but in maps of 3 or 4 photos 0.2;
-// most zoomed photos have 0.06 or more (docs/experiments/own_cameras.md).
+// s: the standard deviation of ln f. One camera has 0.015 or less, in maps of 3 or 4 photos 0.035;
+// zoomed photos have 0.027 or more (docs/experiments/own_cameras.md).
 constexpr double kMaxExplainedSpread = 0.02;
 constexpr double kMaxDeviation = 0.1;  // of a photo's ln f from that of the camera it came with
 constexpr size_t kMinPhotos = 3;
