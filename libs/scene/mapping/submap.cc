@@ -423,8 +423,11 @@ void Submap::Finish(const EventSink& sink, const Again& again) {
   if (MayHaveSmallerError() && !options_.IsStopped()) TakeSmallerError(sink);
 }
 
+// Without points that the poses can confirm, as of rgbd-scene, zoomed without EXIF, with intrinsics
+// of each photo's own, all photos would go: the map that was consolidated is worth more.
 void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   if (map_->reconstruction().NumRegImages() < 2 || options_.IsStopped()) return;
+  const Reconstruction before = map_->reconstruction();
   Timer timer;
   if (!TriangulateAnew(options_.num_threads, map_.get(), options_.stop)) return;
   FilterPoints(AllPoints(*map_), map_.get());
@@ -432,8 +435,18 @@ void Submap::AdjustWithPointsAnew(const EventSink& sink) {
   timer.Restart();
   AdjustGlobally(5, true, true);
   const int num_unconfirmed = FilterPointsOfTwoPhotos(map_.get());
-  WithdrawWeak(std::vector<ImageId>(map_->reconstruction().RegImageIds()), sink);
-  if (!options_.IsStopped()) adjuster_.Check(settled_.shape_known);
+  const std::vector<ImageId> registered = map_->reconstruction().RegImageIds();
+  const auto num_weak = std::count_if(registered.begin(), registered.end(),
+                                      [this](ImageId id) { return consistency_.IsWeak(id); });
+  const bool has_collapsed = 2 * num_weak > static_cast<std::ptrdiff_t>(registered.size());
+  if (has_collapsed) {
+    LogWarn("final model: {} of {} photos would have too few observations; the map stays as it was",
+            num_weak, registered.size());
+    map_->ReplaceRegistered(before);
+  } else {
+    WithdrawWeak(registered, sink);
+  }
+  if (!options_.IsStopped()) adjuster_.Check(settled_.shape_known && !has_collapsed);
   const GlobalBaCost cost = adjuster_.TakeCost();
   LogInfo("final model: points anew {:.2f} s, {} ({:.2f} s), {} points of two photos removed",
           triangulate_s, ToString(cost), timer.ElapsedS(), num_unconfirmed);

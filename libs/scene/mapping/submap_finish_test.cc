@@ -44,6 +44,25 @@ TEST(Submap, FinishedTracksHardlyHangOnTheOrderOfThePhotos) {
   EXPECT_GT(in_both, 0.995 * tracks[1].size());
 }
 
+// All photos are moved to one spot, so no point has an angle.
+TEST(Submap, AFinishLosesNoMapWhosePointsCannotBeTriangulated) {
+  SubmapRig run(NoisyArc());
+  run.FeedAll();
+  run.map.Consolidate(run.Sink());
+  ASSERT_EQ(run.NumRegistered(), 14);
+  SceneMap& map = run.map.map();
+  const Reconstruction model = map.reconstruction();
+  const Eigen::Vector3d middle = model.Image(7).ProjectionCenter();
+  for (const ImageId id : model.RegImageIds()) {
+    const Image& image = model.Image(id);
+    map.SetPose(id, image.Qvec(), -(image.RotationMatrix() * middle));
+  }
+  run.events.clear();
+  run.map.Finish(run.Sink());
+  EXPECT_EQ(run.NumRegistered(), 14);
+  EXPECT_TRUE(run.events.empty());
+}
+
 TEST(Submap, AFinishThatIsToStopFromTheStartLeavesTheMapAsItIs) {
   StoppableRig rig;
   rig->FeedAll();
