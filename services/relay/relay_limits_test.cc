@@ -60,6 +60,14 @@ class RelayLimits : public testing::Test {
     tcpq::AppendPublish("SKEIN_HEARTBEAT", message.data(), message.size(), &frame);
     return frame;
   }
+  static Bytes SignedFrames(int count, MessageSeal* seal) {
+    Bytes frames;
+    for (int i = 0; i < count; ++i) {
+      const Bytes frame = SignedFrame(seal);
+      frames.insert(frames.end(), frame.begin(), frame.end());
+    }
+    return frames;
+  }
   bool Until(const std::function<bool()>& done) { return loop_.RunUntil(done, kSoonS); }
   // Whatever is due by now has happened.
   void Settle() {
@@ -129,11 +137,7 @@ TEST_F(RelayLimits, WhoSaysTooMuchForLongIsNotTakenForOneWhoseMessageDoesNotEnd)
   flood.Greet();
   flood.Subscribe("SKEIN_HEARTBEAT");
   MessageSeal mallory = SealOf("mallory");
-  Bytes frames;
-  for (int i = 0; i < 200; ++i) {
-    const Bytes frame = SignedFrame(&mallory);
-    frames.insert(frames.end(), frame.begin(), frame.end());
-  }
+  Bytes frames = SignedFrames(200, &mallory);
   const size_t end = frames.size();
   const Bytes last = SignedFrame(&mallory);
   frames.insert(frames.end(), last.begin(), last.end());
@@ -161,11 +165,7 @@ TEST_F(RelayLimits, AnAllowanceThatFillsUpDuringATurnLosesNothing) {
   flood.Greet();
   flood.Subscribe("SKEIN_HEARTBEAT");
   MessageSeal mallory = SealOf("mallory");
-  Bytes frames;
-  for (int i = 0; i < kNumFrames; ++i) {
-    const Bytes frame = SignedFrame(&mallory);
-    frames.insert(frames.end(), frame.begin(), frame.end());
-  }
+  const Bytes frames = SignedFrames(kNumFrames, &mallory);
   flood.Send(frames, frames.size());
   step_s_ = 0.04 / kPerS;  // with each look at the clock
   for (int i = 0; i < 2000 && flood.NumHeard() < kNumFrames; ++i) {
