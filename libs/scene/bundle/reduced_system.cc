@@ -198,6 +198,7 @@ Eigen::MatrixXd ReducedSystem::Border() const {
   }
   for (size_t i = 0; i < camera_of_pose_.size(); ++i) {
     const Rows& rows = camera_of_pose_[i];
+    if (rows.size == 0) continue;
     border.block(6 * i, rows.first - num_pose_rows_, 6, rows.size) = cross_[i].leftCols(rows.size);
   }
   return border;

@@ -1,6 +1,7 @@
 #include "sfm/camera_fit.h"
 
 #include <Eigen/Cholesky>
+#include <Eigen/Geometry>
 #include <utility>
 #include <vector>
 
