@@ -261,6 +261,7 @@ class Solver {
     }
   }
 
+  // For the matrix alone: the right-hand side is that of whole points.
   void AccumulatePieces(const PointRange& chunk, double lambda, ExplicitSystem* system) {
     system->SetZero();
     PointTerms terms;
@@ -272,7 +273,6 @@ class Solver {
         AddDirect(terms, system);
         if (point.constant) continue;
         terms.SetCouplings();
-        AddSchurGradient(terms, system);
         AddSchurBlocks(terms, &system->schur());
       }
     }

@@ -3,8 +3,8 @@
 namespace skein {
 namespace {
 
-// Of the step's error, in the norm of the preconditioned system. The next step of
-// Levenberg-Marquardt makes up for it.
+// Part of the step's error that may be left, in the norm of the preconditioned system. The next
+// step of Levenberg-Marquardt makes up for it.
 constexpr double kTolerance = 1e-2;
 constexpr int kMaxIterations = 40;
 

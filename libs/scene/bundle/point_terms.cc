@@ -7,12 +7,10 @@
 namespace skein {
 namespace {
 
-using Block63 = Eigen::Matrix<double, 6, 3>;
-
 // Adds the blocks of observation i with itself, with those that follow, and with the cameras.
 void AddSchurBlocksOf(const PointTerms& point, int i, SchurBlocks* schur) {
   const ObservationTerm& a = point.terms[i];
-  const Block63 Y = a.W * point.V_inverse;
+  const Eigen::Matrix<double, 6, 3> Y = a.W * point.V_inverse;
   static const FactorKernel kernel = FactorKernelOf(FastestInstructionSet());
   kernel.add_product(Y.data(), a.W.data(), schur->pose_block(a.pose_row, a.pose_row).data());
   for (int j = i + 1; j < point.size; ++j) {
