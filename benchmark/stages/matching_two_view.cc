@@ -56,6 +56,7 @@ skein::PhotoFeatures Extract(const std::string& path, double focal_px) {
       photo.descriptors.push_back(cv::saturate_cast<uint8_t>(512 * root));
     }
   }
+  photo.descriptors = skein::CompactDescriptors(std::move(photo.descriptors));
   return photo;
 }
 

@@ -120,7 +120,7 @@ PhotoFeaturesPtr ForMatching(const StudyPhoto& photo, int64_t id, const Descript
     features->points.emplace_back(k.x, k.y);
     scales_px.push_back(k.scale_px);
   }
-  features->descriptors = photo.features.descriptors.data;
+  features->descriptors = CompactDescriptors(photo.features.descriptors.data);
   features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors, cells);
   return features;
 }

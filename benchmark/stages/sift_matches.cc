@@ -102,9 +102,10 @@ std::vector<double> Distances(const Photo& a, const Photo& b, const skein::Local
   static skein::DescriptorMatcher matcher{skein::MatchOptions()};
   const Eigen::Matrix3d E = Essential(*a.image, *b.image);
   std::vector<double> distances;
-  for (const auto& m :
-       matcher.Match({fa.descriptors.data.data(), static_cast<int>(fa.keypoints.size())},
-                     {fb.descriptors.data.data(), static_cast<int>(fb.keypoints.size())})) {
+  const auto first = skein::CompactDescriptors(fa.descriptors.data);
+  const auto second = skein::CompactDescriptors(fb.descriptors.data);
+  for (const auto& m : matcher.Match({first.data(), static_cast<int>(fa.keypoints.size())},
+                                     {second.data(), static_cast<int>(fb.keypoints.size())})) {
     distances.push_back(
         Distance(E, a, Ray(a, fa.keypoints[m.first]), Ray(b, fb.keypoints[m.second])));
   }

@@ -25,7 +25,7 @@ SyntheticFeatures::SyntheticFeatures() {
   for (int i = 0; i < kNumPoints; ++i) {
     const double x = Uniform(-3, 3, &random_), y = Uniform(-3, 3, &random_);
     scene_.points.emplace_back(x, y, Uniform(5, 12, &random_));
-    for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(random_() % 64);
+    for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(random_() % 32);
   }
 }
 
@@ -40,7 +40,7 @@ PhotoFeaturesPtr SyntheticFeatures::Photo(int64_t id, double x, size_t num_commo
   for (const Keypoint& keypoint : keypoints) photo->points.emplace_back(keypoint.x, keypoint.y);
   photo->descriptors = descriptors_;
   for (size_t k = num_common * kDescriptorDim; k < photo->descriptors.size(); ++k) {
-    photo->descriptors[k] = random_() % 64;
+    photo->descriptors[k] = random_() % 32;
   }
   return photo;
 }

@@ -40,13 +40,14 @@ DescriptorCells::DescriptorCells(const Codebook& codebook, KernelVersion kernel)
   const Codebook::Matrix centres =
       (codebook.centres * codebook.projection).rowwise() + codebook.mean.transpose();
   for (Eigen::Index k = 0; k < centres.rows(); ++k) {
-    int32_t norm_sq = 0;
     for (Eigen::Index d = 0; d < kDescriptorDim; ++d) {
       const double value = std::round(kDescriptorNorm * centres(k, d));
       centres_.push_back(static_cast<uint8_t>(std::clamp(value, 0.0, 255.0)));
-      norm_sq += int32_t{centres_.back()} * centres_.back();
     }
-    norm_sq_.push_back(norm_sq);
+  }
+  centres_ = CompactDescriptors(std::move(centres_));
+  for (size_t i = 0; i < centres_.size(); i += kDescriptorDim) {
+    norm_sq_.push_back(NormSq(centres_.data() + i));
   }
 }
 

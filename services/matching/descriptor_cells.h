@@ -38,11 +38,11 @@ class DescriptorCells {
  public:
   explicit DescriptorCells(const Codebook& codebook, KernelVersion kernel = FastestKernel());
 
-  // descriptors: N x 128 uint8, row major. Exact, so the same with each kernel.
+  // descriptors: N x 128, row major, compact (kernel.h). Exact, so the same with each kernel.
   FeatureCells Assign(const std::vector<uint8_t>& descriptors) const;
 
  private:
-  std::vector<uint8_t> centres_;  // K x 128, of norm 512 as descriptors
+  std::vector<uint8_t> centres_;  // K x 128, compact
   std::vector<int32_t> norm_sq_;  // of each
   KernelVersion kernel_;
 };

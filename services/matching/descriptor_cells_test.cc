@@ -46,7 +46,7 @@ TEST(DescriptorCells, HomeIsTheCellThatTheCodebookNames) {
   std::mt19937 random(5);
   const Codebook codebook = RandomCodebook();
   const std::vector<uint8_t> descriptors = RandomDescriptors(300, &random);
-  const FeatureCells cells = DescriptorCells(codebook).Assign(descriptors);
+  const FeatureCells cells = DescriptorCells(codebook).Assign(CompactDescriptors(descriptors));
   const std::vector<int> expected =
       NearestCentres(ProjectDescriptors(codebook, descriptors.data(), 300), codebook.centres);
   const auto home = CellsByFeature(cells.home, 300), near = CellsByFeature(cells.near, 300);
@@ -60,7 +60,7 @@ TEST(DescriptorCells, HomeIsTheCellThatTheCodebookNames) {
     EXPECT_TRUE(std::includes(near[i].begin(), near[i].end(), close[i].begin(), close[i].end()));
     num_equal += static_cast<int>(*home[i].begin()) == expected[i];
   }
-  EXPECT_GE(num_equal, 290);
+  EXPECT_GE(num_equal, 270);
 }
 
 TEST(DescriptorCells, WithFewCellsAllAreNear) {

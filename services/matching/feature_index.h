@@ -22,8 +22,8 @@ struct FeatureIndex {
   size_t MemoryBytes() const;
 };
 
-// descriptors: points.size() x 128; scales_px: one a point. If scales are equal, the first counts
-// as the coarser. Without `cells` the index has none.
+// descriptors: points.size() x 128, compact; scales_px: one a point. If scales are equal, the first
+// counts as the coarser. Without `cells` the index has none.
 FeatureIndex MakeFeatureIndex(const std::vector<Eigen::Vector2d>& points,
                               const std::vector<float>& scales_px,
                               const std::vector<uint8_t>& descriptors,

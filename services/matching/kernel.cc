@@ -23,14 +23,13 @@ namespace skein {
 namespace {
 
 constexpr int kAlignment = 64;
-constexpr int32_t kMaxDistanceSq = kDescriptorDim * 255 * 255;
+constexpr int32_t kMaxPartSq = (1 << 16) - 1;  // of a descriptor, see CompactDescriptors
+constexpr int32_t kMaxDistanceSq = 4 * kMaxPartSq;
 constexpr int32_t kNoDistance = std::numeric_limits<int32_t>::max();
 constexpr double kRatioUnit = 1e6;
 constexpr uint8_t kNoDescriptor[kDescriptorDim] = {};  // of columns that fill up a panel
 
 constexpr int kAhead = 8;  // columns to fetch before they are packed
-
-using Element = KernelFormat::Element;
 
 int RoundUp(int value, int multiple) { return (value + multiple - 1) / multiple * multiple; }
 
@@ -38,19 +37,19 @@ KernelFormat FormatOf(KernelVersion version) {
   switch (version) {
 #if defined(__x86_64__)
     case KernelVersion::kAvx512Vnni:
-      return {16, kAvx512PanelColumns, 4, Element::kSigned8, ProcessBlockAvx512Vnni};
+      return {16, kAvx512PanelColumns, 4, ProcessBlockAvx512Vnni};
     case KernelVersion::kAmx:
-      return {16, kAvx512PanelColumns, 4, Element::kUnsigned8, ProcessBlockAmx};
+      return {16, kAvx512PanelColumns, 4, ProcessBlockAmx};
     case KernelVersion::kAvx2:
-      return {8, kAvx2PanelColumns, 2, Element::kInt16, ProcessBlockAvx2};
+      return {8, kAvx2PanelColumns, 4, ProcessBlockAvx2};
 #elif defined(__aarch64__)
     case KernelVersion::kNeon:
-      return {4, kNeonPanelColumns, 2, Element::kUnsigned8, ProcessBlockNeon};
+      return {4, kNeonPanelColumns, 2, ProcessBlockNeon};
     case KernelVersion::kNeonDot:
-      return {4, kNeonPanelColumns, 4, Element::kUnsigned8, ProcessBlockNeonDot};
+      return {4, kNeonPanelColumns, 4, ProcessBlockNeonDot};
 #endif
     default:
-      return {1, kPortablePanelColumns, kDescriptorDim, Element::kInt16, ProcessBlockPortable};
+      return {1, kPortablePanelColumns, kDescriptorDim, ProcessBlockPortable};
   }
 }
 
@@ -83,9 +82,12 @@ void Prefetch(const uint8_t* descriptor) {
   __builtin_prefetch(descriptor + kDescriptorDim / 2);
 }
 
-int32_t Sum(const uint8_t* descriptor) {
+// Sum of the squares of the dimensions k with k mod 4 < 2 (`part` 0), or of the others (2).
+int32_t PartSq(const uint8_t* descriptor, int part) {
   int32_t sum = 0;
-  for (int k = 0; k < kDescriptorDim; ++k) sum += descriptor[k];
+  for (int k = part; k < kDescriptorDim; k += 4) {
+    sum += descriptor[k] * descriptor[k] + descriptor[k + 1] * descriptor[k + 1];
+  }
   return sum;
 }
 
@@ -190,11 +192,17 @@ KernelVersion FastestKernel() {
   return *std::find_if(kKernelVersions.rbegin(), kKernelVersions.rend(), IsKernelSupported);
 }
 
-int32_t NormSq(const uint8_t* descriptor) {
-  int32_t sum = 0;
-  for (int k = 0; k < kDescriptorDim; ++k) sum += int32_t{descriptor[k]} * descriptor[k];
-  return sum;
+std::vector<uint8_t> CompactDescriptors(std::vector<uint8_t> descriptors) {
+  for (uint8_t& value : descriptors) value /= 2;
+  for (size_t i = 0; i < descriptors.size(); i += kDescriptorDim) {
+    uint8_t* descriptor = descriptors.data() + i;
+    if (std::max(PartSq(descriptor, 0), PartSq(descriptor, 2)) <= kMaxPartSq) continue;
+    std::fill(descriptor, descriptor + kDescriptorDim, 0);
+  }
+  return descriptors;
 }
+
+int32_t NormSq(const uint8_t* descriptor) { return PartSq(descriptor, 0) + PartSq(descriptor, 2); }
 
 void DotProducts(KernelVersion version, const uint8_t* a, const uint8_t* descriptors,
                  const std::vector<uint32_t>& indices, std::vector<int32_t>* dots) {
@@ -238,10 +246,6 @@ class DescriptorMatcher::Workspace {
     columns_.assign(second.count, Nearest());
     row_norm_sq_ = NormsOf(first, &measured_rows_);
     column_norm_sq_ = NormsOf(second, &measured_columns_);
-    column_lack_.assign(second.count, 0);
-    if (format_.element == Element::kSigned8) {
-      for (int j = 0; j < second.count; ++j) column_lack_[j] = 128 * Sum(Column(j));
-    }
   }
 
   void Run(const ProductPart& part) {
@@ -262,8 +266,6 @@ class DescriptorMatcher::Workspace {
   const std::vector<Nearest>& columns() const { return columns_; }
 
  private:
-  size_t ElementBytes() const { return format_.element == Element::kInt16 ? 2 : 1; }
-
   const uint8_t* Row(uint32_t i) const { return first_.data + size_t{kDescriptorDim} * i; }
   const uint8_t* Column(uint32_t j) const { return second_.data + size_t{kDescriptorDim} * j; }
 
@@ -281,77 +283,49 @@ class DescriptorMatcher::Workspace {
     const int count = part_.rows.count;
     const size_t size = static_cast<size_t>(count) * kDescriptorDim;
     const size_t padded = static_cast<size_t>(RoundUp(count, kAmxTileRows)) * kDescriptorDim;
-    packed_rows_.Resize(padded * ElementBytes());
+    uint8_t* packed = packed_rows_.Resize(padded);
     row_keys_.Resize(count);
     for (int i = 0; i < count; ++i) {
-      PackRow(Row(part_.rows.data[i]), i);
+      const uint8_t* row = Row(part_.rows.data[i]);
+      std::copy(row, row + kDescriptorDim, packed + static_cast<size_t>(i) * kDescriptorDim);
       row_keys_.data()[i] = row_norm_sq_[part_.rows.data[i]] * 256 + i % kBlockRows;
     }
-    if (format_.element == Element::kUnsigned8) {
-      std::fill(packed_rows_.data() + size, packed_rows_.data() + padded, 0);
-    }
-  }
-
-  void PackRow(const uint8_t* descriptor, int i) {
-    const size_t begin = static_cast<size_t>(i) * kDescriptorDim;
-    uint8_t* out = packed_rows_.data() + begin;
-    switch (format_.element) {
-      case Element::kUnsigned8:
-        std::copy(descriptor, descriptor + kDescriptorDim, out);
-        break;
-      case Element::kSigned8:
-        for (int k = 0; k < kDescriptorDim; ++k) out[k] = descriptor[k] ^ 0x80;
-        break;
-      case Element::kInt16:
-        int16_t* wide = reinterpret_cast<int16_t*>(packed_rows_.data()) + begin;
-        for (int k = 0; k < kDescriptorDim; ++k) wide[k] = descriptor[k];
-        break;
-    }
+    std::fill(packed + size, packed + padded, 0);
   }
 
   void PackColumns() {
     const int count = part_.columns.count, padded = RoundUp(count, format_.panel_columns);
-    packed_columns_.Resize(static_cast<size_t>(padded) * kDescriptorDim * ElementBytes());
+    packed_columns_.Resize(static_cast<size_t>(padded) * kDescriptorDim);
     column_keys_.Resize(padded);
-    column_offset_.Resize(padded);
     for (int j = 0; j < padded; ++j) {
       const int32_t vector = j / format_.lanes % kBlockVectors;
       const uint32_t column = j < count ? part_.columns.data[j] : 0;
       column_keys_.data()[j] =
           (j < count ? column_norm_sq_[column] : kPaddingNormSq) * 256 + vector;
-      column_offset_.data()[j] = j < count ? column_lack_[column] : 0;
       if (j + kAhead < count) Prefetch(Column(part_.columns.data[j + kAhead]));
       PackColumn(j < count ? Column(column) : kNoDescriptor, j);
     }
   }
 
   void PackColumn(const uint8_t* descriptor, int j) {
-    uint8_t* bytes = packed_columns_.data();
-    int16_t* words = reinterpret_cast<int16_t*>(bytes);
-    const bool wide = format_.element == Element::kInt16;
     switch (format_.group) {
       case 4:
-        return PackColumn<4>(descriptor, j, bytes);
+        return PackColumn<4>(descriptor, j);
       case 2:
-        return wide ? PackColumn<2>(descriptor, j, words) : PackColumn<2>(descriptor, j, bytes);
+        return PackColumn<2>(descriptor, j);
       default:
         static_assert(kPortablePanelColumns == 1);
-        return PackColumn<kDescriptorDim>(descriptor, j, words);
+        return PackColumn<kDescriptorDim>(descriptor, j);
     }
   }
 
-  // A panel is 128 / group x panel_columns x group.
-  template <int kGroup, typename T>
-  void PackColumn(const uint8_t* descriptor, int j, T* packed) const {
+  template <int kGroup>
+  void PackColumn(const uint8_t* descriptor, int j) const {
     const int panel_columns = format_.panel_columns;  // in a register: `out` may point anywhere
-    T* out = packed + static_cast<size_t>(j / panel_columns) * panel_columns * kDescriptorDim;
-    out += j % panel_columns * kGroup;
+    const size_t panel = static_cast<size_t>(j / panel_columns) * panel_columns;
+    uint8_t* out = packed_columns_.data() + panel * kDescriptorDim + j % panel_columns * kGroup;
     for (int k = 0; k < kDescriptorDim; k += kGroup, out += panel_columns * kGroup) {
-      if constexpr (sizeof(T) == 1) {
-        std::memcpy(out, descriptor + k, kGroup);  // the compiler would move bytes one by one
-      } else {
-        for (int g = 0; g < kGroup; ++g) out[g] = descriptor[k + g];
-      }
+      std::memcpy(out, descriptor + k, kGroup);  // the compiler would move bytes one by one
     }
   }
 
@@ -359,12 +333,10 @@ class DescriptorMatcher::Workspace {
     const int padded = RoundUp(num_columns, format_.panel_columns);
     const size_t row_states = static_cast<size_t>(num_rows) * format_.lanes;
     BlockTask task;
-    task.rows = packed_rows_.data() + static_cast<size_t>(row) * kDescriptorDim * ElementBytes();
-    task.columns =
-        packed_columns_.data() + static_cast<size_t>(column) * kDescriptorDim * ElementBytes();
+    task.rows = packed_rows_.data() + static_cast<size_t>(row) * kDescriptorDim;
+    task.columns = packed_columns_.data() + static_cast<size_t>(column) * kDescriptorDim;
     task.row_keys = row_keys_.data() + row;
     task.column_keys = column_keys_.data() + column;
-    task.column_offset = column_offset_.data() + column;
     task.row_best = row_best_.Resize(row_states);
     task.row_second = row_second_.Resize(row_states);
     task.column_best = column_best_.Resize(padded);
@@ -408,9 +380,8 @@ class DescriptorMatcher::Workspace {
   ProductPart part_;
   const int32_t *row_norm_sq_ = nullptr, *column_norm_sq_ = nullptr;
   std::vector<int32_t> measured_rows_, measured_columns_;
-  std::vector<int32_t> column_lack_;  // of each column, what the product of the formats lacks
   AlignedBuffer<uint8_t> packed_rows_, packed_columns_;
-  AlignedBuffer<int32_t> row_keys_, column_keys_, column_offset_;
+  AlignedBuffer<int32_t> row_keys_, column_keys_;
   AlignedBuffer<int32_t> row_best_, row_second_, column_best_, column_second_;
   std::vector<Nearest> rows_, columns_;
 };

@@ -90,12 +90,10 @@ void ProcessBlockAmx(const BlockTask& task) {
   const TileConfig config;
   _tile_loadconfig(&config);
   alignas(64) int32_t ab[kAmxTileRows * kAvx512PanelColumns];
-  const uint8_t* rows = static_cast<const uint8_t*>(task.rows);
-  const uint8_t* columns = static_cast<const uint8_t*>(task.columns);
   for (int panel = 0; panel < task.num_panels; ++panel) {
     const int column = panel * kAvx512PanelColumns;
     for (int row = 0; row < task.num_rows; row += kAmxTileRows) {
-      Multiply(rows + 128 * row, columns + 128 * column, ab);
+      Multiply(task.rows + 128 * row, task.columns + 128 * column, ab);
       const int left = task.num_rows - row;
       Scan(task, row, left < kAmxTileRows ? left : kAmxTileRows, column, ab);
     }

@@ -7,28 +7,43 @@ namespace {
 
 constexpr int kVectors = kAvx2PanelColumns / 8;
 constexpr int kTileRows = 4;
-constexpr int kSteps = 64;  // of two dimensions
+constexpr int kSteps = 32;  // of four dimensions
 
+inline __m256i LoadUnaligned(const void* p) {
+  return _mm256_loadu_si256(static_cast<const __m256i*>(p));
+}
 inline __m256i Load(const void* p) { return _mm256_load_si256(static_cast<const __m256i*>(p)); }
 inline void Store(void* p, __m256i v) { _mm256_store_si256(static_cast<__m256i*>(p), v); }
 
-// Products ab of kRows rows with one panel, int16 x int16 (vpmaddubsw would saturate).
+// Adds the upper and the lower uint16 of each int32.
+inline __m256i AddHalves(__m256i v) {
+  return _mm256_add_epi32(_mm256_srli_epi32(v, 16), _mm256_and_si256(v, _mm256_set1_epi32(0xffff)));
+}
+
+// Products ab of kRows rows with one panel. vpmaddubsw adds two products uint8 x int8 to an int16:
+// 2 * 127^2 fits. A lane's two sums of these are uint16, and so are theirs over all dimensions of
+// compact descriptors.
 template <int kRows>
-inline void Multiply(const int16_t* rows, const int16_t* panel, __m256i (&ab)[kRows][kVectors]) {
+inline void Multiply(const uint8_t* rows, const uint8_t* panel, __m256i (&ab)[kRows][kVectors]) {
   for (int r = 0; r < kRows; ++r) {
     for (int v = 0; v < kVectors; ++v) ab[r][v] = _mm256_setzero_si256();
   }
+  // GCC 12 keeps one of the sums in memory in a loop of single steps.
+#pragma GCC unroll 2
   for (int k = 0; k < kSteps; ++k) {
     __m256i b[kVectors];
-    for (int v = 0; v < kVectors; ++v) b[v] = Load(panel + 2 * kAvx2PanelColumns * k + 16 * v);
+    for (int v = 0; v < kVectors; ++v) b[v] = Load(panel + 4 * kAvx2PanelColumns * k + 32 * v);
     for (int r = 0; r < kRows; ++r) {
-      int32_t two;
-      __builtin_memcpy(&two, rows + 128 * r + 2 * k, 4);
-      const __m256i a = _mm256_set1_epi32(two);
+      int32_t four;
+      __builtin_memcpy(&four, rows + 128 * r + 4 * k, 4);
+      const __m256i a = _mm256_set1_epi32(four);
       for (int v = 0; v < kVectors; ++v) {
-        ab[r][v] = _mm256_add_epi32(ab[r][v], _mm256_madd_epi16(b[v], a));
+        ab[r][v] = _mm256_add_epi16(ab[r][v], _mm256_maddubs_epi16(b[v], a));
       }
     }
+  }
+  for (int r = 0; r < kRows; ++r) {
+    for (int v = 0; v < kVectors; ++v) ab[r][v] = AddHalves(ab[r][v]);
   }
 }
 
@@ -41,8 +56,7 @@ template <int kRows>
 inline void ProcessTile(const BlockTask& task, int row, int panel) {
   const int column = panel * kAvx2PanelColumns;
   __m256i ab[kRows][kVectors];
-  Multiply<kRows>(static_cast<const int16_t*>(task.rows) + 128 * row,
-                  static_cast<const int16_t*>(task.columns) + 128 * column, ab);
+  Multiply<kRows>(task.rows + 128 * row, task.columns + 128 * column, ab);
 
   for (int r = 0; r < kRows; ++r) {
     const __m256i row_key = _mm256_set1_epi32(task.row_keys[row + r]);
@@ -79,18 +93,15 @@ void ProcessBlockAvx2(const BlockTask& task) {
 }
 
 void ProcessDotsAvx2(const DotTask& task) {
-  __m256i a[8];
-  for (int k = 0; k < 8; ++k) {
-    a[k] = _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(task.a + 16 * k)));
-  }
+  __m256i a[4];
+  for (int k = 0; k < 4; ++k) a[k] = LoadUnaligned(task.a + 32 * k);
   for (int i = 0; i < task.count; ++i) {
     const uint8_t* b = task.descriptors + 128 * static_cast<uint64_t>(task.indices[i]);
     __m256i sum = _mm256_setzero_si256();
-    for (int k = 0; k < 8; ++k) {
-      const __m256i wide =
-          _mm256_cvtepu8_epi16(_mm_loadu_si128(reinterpret_cast<const __m128i*>(b + 16 * k)));
-      sum = _mm256_add_epi32(sum, _mm256_madd_epi16(a[k], wide));
+    for (int k = 0; k < 4; ++k) {
+      sum = _mm256_add_epi16(sum, _mm256_maddubs_epi16(a[k], LoadUnaligned(b + 32 * k)));
     }
+    sum = AddHalves(sum);
     __m128i half = _mm_add_epi32(_mm256_castsi256_si128(sum), _mm256_extracti128_si256(sum, 1));
     half = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0x4e));
     half = _mm_add_epi32(half, _mm_shuffle_epi32(half, 0xb1));

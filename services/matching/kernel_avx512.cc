@@ -12,10 +12,9 @@ constexpr int kSteps = 32;  // of four dimensions
 // Products ab of kRows rows with one panel. vpdpbusd takes uint8 x int8 and adds four products to
 // an int32 without saturation.
 template <int kRows>
-inline void Multiply(const int8_t* rows, const uint8_t* panel, const int32_t* offset,
-                     __m512i (&ab)[kRows][kVectors]) {
+inline void Multiply(const uint8_t* rows, const uint8_t* panel, __m512i (&ab)[kRows][kVectors]) {
   for (int r = 0; r < kRows; ++r) {
-    for (int v = 0; v < kVectors; ++v) ab[r][v] = _mm512_load_si512(offset + 16 * v);
+    for (int v = 0; v < kVectors; ++v) ab[r][v] = _mm512_setzero_si512();
   }
   for (int k = 0; k < kSteps; ++k) {
     __m512i b[kVectors];
@@ -38,9 +37,7 @@ template <int kRows>
 inline void ProcessTile(const BlockTask& task, int row, int panel) {
   const int column = panel * kAvx512PanelColumns;
   __m512i ab[kRows][kVectors];
-  Multiply<kRows>(static_cast<const int8_t*>(task.rows) + 128 * row,
-                  static_cast<const uint8_t*>(task.columns) + 128 * column,
-                  task.column_offset + column, ab);
+  Multiply<kRows>(task.rows + 128 * row, task.columns + 128 * column, ab);
 
   __m512i column_key[kVectors], column_best[kVectors], column_second[kVectors];
   for (int v = 0; v < kVectors; ++v) {
@@ -78,18 +75,14 @@ void ProcessBlockAvx512Vnni(const BlockTask& task) {
   }
 }
 
-// uint8 a times int8 (b - 128) lacks 128 times the sum of a.
 void ProcessDotsAvx512Vnni(const DotTask& task) {
   const __m512i low = _mm512_loadu_si512(task.a), high = _mm512_loadu_si512(task.a + 64);
-  const __m512i sign = _mm512_set1_epi8(static_cast<char>(0x80));
   const __m512i zero = _mm512_setzero_si512();
-  const __m512i sums = _mm512_add_epi64(_mm512_sad_epu8(low, zero), _mm512_sad_epu8(high, zero));
-  const int32_t lacking = 128 * static_cast<int32_t>(_mm512_reduce_add_epi64(sums));
   for (int i = 0; i < task.count; ++i) {
     const uint8_t* b = task.descriptors + 128 * static_cast<uint64_t>(task.indices[i]);
-    __m512i sum = _mm512_dpbusd_epi32(zero, low, _mm512_xor_si512(_mm512_loadu_si512(b), sign));
-    sum = _mm512_dpbusd_epi32(sum, high, _mm512_xor_si512(_mm512_loadu_si512(b + 64), sign));
-    task.dots[i] = _mm512_reduce_add_epi32(sum) + lacking;
+    __m512i sum = _mm512_dpbusd_epi32(zero, low, _mm512_loadu_si512(b));
+    sum = _mm512_dpbusd_epi32(sum, high, _mm512_loadu_si512(b + 64));
+    task.dots[i] = _mm512_reduce_add_epi32(sum);
   }
 }
 

@@ -9,7 +9,7 @@
 //   row direction     (|b|^2 - 2ab) << 8 | vector of the column, one value a lane
 //   column direction  (d^2 << 8) + row + vector of the column
 //
-// Both fit: d^2 <= 8,323,200 < 2^23, and |b|^2 - 2ab >= -|a|^2.
+// Both fit: d^2 < 2^18, and |b|^2 - 2ab >= -|a|^2.
 
 #include <cstdint>
 
@@ -28,15 +28,14 @@ constexpr int32_t kNoKey = INT32_MAX;
 constexpr int32_t kPaddingNormSq = (1 << 23) - 1;
 
 struct BlockTask {
-  const void* rows;              // num_rows x 128, in the version's row format
-  const void* columns;           // num_panels panels, in the version's column format
-  const int32_t* row_keys;       // num_rows: |a|^2 << 8 | row
-  const int32_t* column_keys;    // a column: |b|^2 << 8 | vector
-  const int32_t* column_offset;  // a column: what the product of the formats lacks to ab
-  int32_t* row_best;             // num_rows x lanes
-  int32_t* row_second;           // num_rows x lanes
-  int32_t* column_best;          // a column
-  int32_t* column_second;        // a column
+  const uint8_t* rows;         // num_rows x 128
+  const uint8_t* columns;      // num_panels x 128 / group x panel_columns x group
+  const int32_t* row_keys;     // num_rows: |a|^2 << 8 | row
+  const int32_t* column_keys;  // a column: |b|^2 << 8 | vector
+  int32_t* row_best;           // num_rows x lanes
+  int32_t* row_second;         // num_rows x lanes
+  int32_t* column_best;        // a column
+  int32_t* column_second;      // a column
   int num_rows;
   int num_panels;
 };
@@ -45,12 +44,10 @@ struct KernelFormat {
   int lanes;          // columns in a vector
   int panel_columns;  // columns in a panel, a multiple of lanes
   int group;          // dimensions of one column that lie together in a panel
-  // Type of the elements of rows and columns. kSigned8: rows int8 (a - 128), columns uint8.
-  enum class Element { kInt16, kSigned8, kUnsigned8 } element;
   void (*process)(const BlockTask& task);
 };
 
-// One descriptor a against some rows of `descriptors`: dots[k] = a . row indices[k], all uint8.
+// One descriptor a against some rows of `descriptors`: dots[k] = a . row indices[k].
 struct DotTask {
   const uint8_t* a;            // 128
   const uint8_t* descriptors;  // rows of 128

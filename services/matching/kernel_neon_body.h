@@ -37,23 +37,21 @@ struct Keys {
   }
 };
 
-// The key is in range, 2ab * 256 alone is not: unsigned wraps.
-inline int32x4_t KeyOf(uint32x4_t column_key, uint32x4_t ab) {
-  return vreinterpretq_s32_u32(vsubq_u32(column_key, vshlq_n_u32(ab, 9)));
+inline int32x4_t KeyOf(int32x4_t column_key, uint32x4_t ab) {
+  return vsubq_s32(column_key, vreinterpretq_s32_u32(vshlq_n_u32(ab, 9)));
 }
 
 template <class Product, int kRows>
 inline void ProcessTile(const BlockTask& task, int row, int panel) {
   const int column = panel * kNeonPanelColumns;
   Tile<kRows> ab;
-  Product::Multiply(static_cast<const uint8_t*>(task.rows) + 128 * row,
-                    static_cast<const uint8_t*>(task.columns) + 128 * column, ab);
+  Product::Multiply(task.rows + 128 * row, task.columns + 128 * column, ab);
 
-  uint32x4_t column_key[kVectors];
+  int32x4_t column_key[kVectors];
   Keys columns[kVectors];
   for (int v = 0; v < kVectors; ++v) {
     const int at = column + kLanes * v;
-    column_key[v] = vreinterpretq_u32_s32(vld1q_s32(task.column_keys + at));
+    column_key[v] = vld1q_s32(task.column_keys + at);
     columns[v] = Keys::Load(task.column_best + at, task.column_second + at);
   }
   for (int r = 0; r < kRows; ++r) {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <random>
 
@@ -20,14 +21,29 @@ Descriptors Constant(int count, uint8_t value) {
   return Descriptors(static_cast<size_t>(count) * kDescriptorDim, value);
 }
 
-Descriptors FullRange(int count, std::mt19937* rng) {
-  std::uniform_int_distribution<int> byte(0, 255);
+// All values are equally likely.
+Descriptors Dense(int count, std::mt19937* rng) {
+  std::uniform_int_distribution<int> value(0, 48);
   Descriptors d(static_cast<size_t>(count) * kDescriptorDim);
-  for (uint8_t& v : d) v = byte(*rng);
+  for (uint8_t& v : d) v = value(*rng);
   return d;
 }
 
-// RootSIFT: the root of a sparse positive vector, of norm 512.
+// As long as a compact descriptor may be: the squares of dimensions 0, 1, 4, 5, ... and those of
+// the others add up to 2^16 - 1. `first` is the first of them.
+Descriptors Longest(int count, int first) {
+  Descriptors d;
+  for (int i = 0; i < count; ++i) {
+    Descriptors one = Constant(1, 0);
+    for (int k = first, n = 0; n < 7; ++n, k += 4) {
+      one[k] = one[k + 2] = std::array<uint8_t, 7>{127, 127, 127, 127, 31, 7, 3}[n];
+    }
+    d.insert(d.end(), one.begin(), one.end());
+  }
+  return d;
+}
+
+// RootSIFT: the root of a sparse positive vector, of norm 512, made compact.
 Descriptors SiftLike(int count, std::mt19937* rng) {
   std::gamma_distribution<double> gamma(0.4, 1.0);
   Descriptors d;
@@ -36,7 +52,7 @@ Descriptors SiftLike(int count, std::mt19937* rng) {
     for (double& v : values) sum += v = gamma(*rng);
     for (double v : values) d.push_back(std::min(255.0, 512 * std::sqrt(v / sum)));
   }
-  return d;
+  return CompactDescriptors(std::move(d));
 }
 
 // `d` in another order, each value changed by up to `noise`; some dropped, some new.
@@ -48,7 +64,7 @@ Descriptors NoisyView(const Descriptors& d, int noise, std::mt19937* rng) {
   Descriptors out = SiftLike(17, rng);
   for (size_t i = 0; i < order.size(); i += 1 + i % 3 / 2) {
     for (int k = 0; k < kDescriptorDim; ++k) {
-      out.push_back(std::clamp(d[order[i] * kDescriptorDim + k] + change(*rng), 0, 255));
+      out.push_back(std::clamp(d[order[i] * kDescriptorDim + k] + change(*rng), 0, 127));
     }
   }
   return out;
@@ -143,19 +159,19 @@ TEST_P(Kernel, EqualsReferenceAtCountsThatAreNoMultipleOfTheTile) {
   for (const int n : counts) {
     for (const int m : counts) {
       ExpectEqualsReference(SiftLike(n, &rng_), SiftLike(m, &rng_));
-      ExpectEqualsReference(FullRange(n, &rng_), FullRange(m, &rng_));
+      ExpectEqualsReference(Dense(n, &rng_), Dense(m, &rng_));
     }
   }
 }
 
 TEST_P(Kernel, EqualsReferenceOnTwoViewsOfOneScene) {
   const Descriptors a = SiftLike(900, &rng_);
-  EXPECT_GT(ExpectEqualsReference(a, NoisyView(a, 12, &rng_)), 500u);
+  EXPECT_GT(ExpectEqualsReference(a, NoisyView(a, 6, &rng_)), 500u);
 }
 
 // Three parts, one of them larger than a block of rows.
 TEST_P(Kernel, ComparesOnlyWhatIsInTheSamePart) {
-  const Descriptors a = SiftLike(700, &rng_), b = NoisyView(a, 12, &rng_);
+  const Descriptors a = SiftLike(700, &rng_), b = NoisyView(a, 6, &rng_);
   const auto part_of = [](uint32_t i) { return i % 7 < 4 ? 1u : i % 7 == 4 ? 0u : 2u; };
   std::vector<uint32_t> rows[3], columns[3];
   for (uint32_t i = 0; i < 700; ++i) rows[part_of(i)].push_back(i);
@@ -181,7 +197,7 @@ TEST_P(Kernel, ComparesOnlyWhatIsInTheSamePart) {
 
 // Each row once, columns in several parts: a column's nearest is that of all of them.
 TEST_P(Kernel, AColumnMayBeInSeveralParts) {
-  const Descriptors a = SiftLike(400, &rng_), b = NoisyView(a, 12, &rng_);
+  const Descriptors a = SiftLike(400, &rng_), b = NoisyView(a, 6, &rng_);
   std::vector<uint32_t> rows, columns(View(b).count);
   for (uint32_t i = 0; i < 400; ++i) rows.push_back(i);
   for (size_t j = 0; j < columns.size(); ++j) columns[j] = static_cast<uint32_t>(j);
@@ -196,23 +212,26 @@ TEST_P(Kernel, AColumnMayBeInSeveralParts) {
 
 TEST_P(Kernel, EqualsReferenceBeyondOneBlockOfColumns) {
   ExpectEqualsReference(SiftLike(70, &rng_), SiftLike(2 * 256 * 16 + 5, &rng_));
-  ExpectEqualsReference(FullRange(2 * 256 * 16 + 5, &rng_), FullRange(70, &rng_));
+  ExpectEqualsReference(Dense(2 * 256 * 16 + 5, &rng_), Dense(70, &rng_));
 }
 
 TEST_P(Kernel, EqualsReferenceAtTheExtremesOfTheRange) {
   for (const int n : {1, 2, 70, 300}) {
-    ExpectEqualsReference(Constant(n, 0), Constant(n, 255));
-    ExpectEqualsReference(Constant(n, 255), Constant(n, 0));
+    for (const Descriptors& extreme : {Constant(n, 31), Longest(n, 0), Longest(n, 61)}) {
+      ExpectEqualsReference(Constant(n, 0), extreme);
+      ExpectEqualsReference(extreme, Constant(n, 0));
+      ExpectEqualsReference(extreme, extreme);
+      ExpectEqualsReference(extreme, Longest(n, 32));
+      ExpectEqualsReference(extreme, Dense(n + 1, &rng_));
+    }
     ExpectEqualsReference(Constant(n, 0), Constant(n, 0));
-    ExpectEqualsReference(Constant(n, 255), Constant(n, 255));
-    ExpectEqualsReference(Constant(n, 255), FullRange(n + 1, &rng_));
-    ExpectEqualsReference(FullRange(n + 1, &rng_), Constant(n, 0));
+    ExpectEqualsReference(Dense(n + 1, &rng_), Constant(n, 0));
   }
 }
 
 TEST_P(Kernel, EqualsReferenceWithDuplicates) {
   Descriptors a = SiftLike(300, &rng_);
-  Descriptors b = NoisyView(a, 5, &rng_);
+  Descriptors b = NoisyView(a, 2, &rng_);
   for (const int copies : {1, 2, 33}) {
     for (int i = 0; i < copies; ++i) {
       a.insert(a.end(), a.begin() + 128 * i, a.begin() + 128 * (i + 40));
@@ -254,13 +273,13 @@ TEST_P(Kernel, ALoneNeighbourPassesTheRatioTest) {
 TEST_P(Kernel, OneMatcherServesPairsOfAnySize) {
   DescriptorMatcher matcher({0.8, kNoLimit, GetParam()});
   for (const int n : {500, 3, 0, 40, 700}) {
-    const Descriptors a = SiftLike(n, &rng_), b = NoisyView(a, 10, &rng_);
+    const Descriptors a = SiftLike(n, &rng_), b = NoisyView(a, 5, &rng_);
     EXPECT_EQ(matcher.Match(View(a), View(b)), Reference(a, b).Match({0.8, kNoLimit, GetParam()}));
   }
 }
 
 TEST_P(Kernel, GivenNormsEqualThoseWorkedOut) {
-  const Descriptors a = SiftLike(300, &rng_), b = NoisyView(a, 10, &rng_);
+  const Descriptors a = SiftLike(300, &rng_), b = NoisyView(a, 5, &rng_);
   const auto norms_of = [](const Descriptors& d) {
     std::vector<int32_t> norms;
     for (size_t i = 0; i < d.size(); i += kDescriptorDim) norms.push_back(NormSq(&d[i]));
@@ -279,10 +298,9 @@ TEST_P(Kernel, GivenNormsEqualThoseWorkedOut) {
 }
 
 TEST_P(Kernel, DotProductsAreExact) {
-  for (const auto& a : {Constant(1, 255), Constant(1, 0), FullRange(1, &rng_)}) {
-    Descriptors b = FullRange(40, &rng_);
-    for (const uint8_t extreme : {0, 255}) {
-      const Descriptors more = Constant(1, extreme);
+  for (const auto& a : {Longest(1, 0), Constant(1, 0), Dense(1, &rng_)}) {
+    Descriptors b = Dense(40, &rng_);
+    for (const Descriptors& more : {Constant(1, 0), Longest(1, 0)}) {
       b.insert(b.end(), more.begin(), more.end());
     }
     const std::vector<uint32_t> indices{41, 3, 3, 40, 0, 17};
@@ -305,6 +323,18 @@ TEST_P(Kernel, RefusesBrokenInput) {
   DescriptorMatcher matcher({0.8, kNoLimit, GetParam()});
   EXPECT_THROW(matcher.Match({nullptr, 1}, {nullptr, 0}), std::invalid_argument);
   EXPECT_THROW(matcher.Match({nullptr, 0}, {nullptr, -1}), std::invalid_argument);
+}
+
+TEST(CompactDescriptors, HaveHalfTheValuesUnlessTheirProductsMayBeTooLarge) {
+  EXPECT_EQ(CompactDescriptors(Constant(2, 63)), Constant(2, 31));
+  const Descriptors half = Longest(3, 1);
+  Descriptors whole = half;
+  for (uint8_t& value : whole) value = 2 * value + 1;
+  EXPECT_EQ(CompactDescriptors(whole), half);
+  whole[kDescriptorDim] = 2;  // of the second descriptor, in place of 1
+  Descriptors expected = half;
+  std::fill_n(expected.begin() + kDescriptorDim, kDescriptorDim, 0);
+  EXPECT_EQ(CompactDescriptors(whole), expected);
 }
 
 INSTANTIATE_TEST_SUITE_P(Versions, Kernel, testing::ValuesIn(kKernelVersions),

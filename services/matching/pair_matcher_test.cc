@@ -21,7 +21,7 @@ class Cascade : public testing::Test {
     for (size_t i = 0; i < kNumFeatures; ++i) {
       const double x = Uniform(-4, 4, &random_), y = Uniform(-3, 3, &random_);
       points_.emplace_back(x, y, Uniform(6, 14, &random_));
-      for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(random_() % 64);
+      for (int k = 0; k < kDescriptorDim; ++k) descriptors_.push_back(random_() % 32);
     }
   }
 
@@ -42,7 +42,7 @@ class Cascade : public testing::Test {
       scales_px.push_back(static_cast<float>(kNumFeatures - i));
       if (is_common(i)) continue;
       for (int k = 0; k < kDescriptorDim; ++k) {
-        photo.descriptors[i * kDescriptorDim + k] = random_() % 64;
+        photo.descriptors[i * kDescriptorDim + k] = random_() % 32;
       }
     }
     photo.index = MakeFeatureIndex(photo.points, scales_px, photo.descriptors, &cells_);

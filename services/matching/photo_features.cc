@@ -1,6 +1,7 @@
 #include "matching/photo_features.h"
 
 #include "formats/formats.h"
+#include "matching/kernel.h"
 
 namespace skein {
 namespace {
@@ -48,7 +49,7 @@ Result<PhotoFeaturesPtr> DecodePhotoFeatures(int64_t image_id, const Camera& cam
     features->points.emplace_back(keypoint.x, keypoint.y);
     scales_px.push_back(keypoint.scale_px);
   }
-  features->descriptors = std::move(rows->data);
+  features->descriptors = CompactDescriptors(std::move(rows->data));
   features->index = MakeFeatureIndex(features->points, scales_px, features->descriptors, cells);
   return PhotoFeaturesPtr(std::move(features));
 }

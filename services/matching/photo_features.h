@@ -18,7 +18,7 @@ struct PhotoFeatures {
   int64_t image_id = 0;
   Camera camera;
   std::vector<Eigen::Vector2d> points;  // full-resolution pixels
-  std::vector<uint8_t> descriptors;     // points.size() x 128, row major
+  std::vector<uint8_t> descriptors;     // points.size() x 128, row major, compact (kernel.h)
   FeatureIndex index;                   // of these; without cells the photo is matched in full
 
   size_t MemoryBytes() const;

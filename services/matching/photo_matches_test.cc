@@ -135,7 +135,7 @@ TEST_F(PhotoFeaturesBlobs, Decode) {
   EXPECT_EQ((*features)->image_id, 7);
   EXPECT_EQ((*features)->points.size(), 3u);
   EXPECT_EQ((*features)->points[1], Eigen::Vector2d(10, 20));
-  EXPECT_EQ((*features)->descriptors, descriptors_.data);
+  EXPECT_EQ((*features)->descriptors, CompactDescriptors(descriptors_.data));
   EXPECT_EQ((*features)->index.coarsest.size(), 3u);
 }
 
