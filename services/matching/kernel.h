@@ -29,7 +29,6 @@ namespace skein {
 // so do those of the others. AVX2 can thus add products of two descriptors in 16 bits, twice as
 // many at once as in 32. A descriptor beyond that bound becomes zero; RootSIFT never is.
 std::vector<uint8_t> CompactDescriptors(std::vector<uint8_t> descriptors);
-constexpr int kCompactNorm = kDescriptorNorm / 2;
 
 // count x 128 values of compact descriptors, row major; not owned.
 struct DescriptorView {
