@@ -418,8 +418,7 @@ void Submap::Finish(const EventSink& sink, const Again& again) {
   Consolidate(sink, again);
   AdjustWithPointsAnew(sink);
   settled_.consistent = false;
-  if (!again.is_allowed) return;
-  if (MapAsBatch({false, {}, again.absorb}, sink)) AdjustWithPointsAnew(sink);
+  if (again.is_allowed && MapAsBatch({false, {}, again.absorb}, sink)) AdjustWithPointsAnew(sink);
   if (MayHaveSmallerError() && !options_.IsStopped()) TakeSmallerError(sink);
 }
 

@@ -96,7 +96,8 @@ class Submap {
   // nothing has changed. Null: never.
   using Absorb = std::function<bool(const Submap& anew)>;
 
-  // Whether and how the map's own photos are mapped again where the map is inconsistent.
+  // Whether and how the map's own photos are mapped again where the map is inconsistent. A finish
+  // maps them again for their expected error in any case.
   struct Again {
     // False: all photos of the place are mapped as a batch in this finish, here or in another
     // submap.
