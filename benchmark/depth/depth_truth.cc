@@ -80,20 +80,24 @@ Eigen::Vector3d TruePlace::Point(int photo, int x, int y, float depth) const {
   return of.cam_from_world.ToWorld(depth * of.camera.Ray({x + 0.5, y + 0.5}).homogeneous());
 }
 
+bool TruePlace::Sees(int photo, const Eigen::Vector3d& point) const {
+  constexpr float kBeforePoint = 1 - 1e-3f;  // of the way to it
+  const DepthPhoto& by = photos_[photo];
+  const Eigen::Vector3d in_camera = by.cam_from_world.ToCamera(point);
+  if (in_camera.z() <= 0) return false;
+  const Eigen::Array2d pixel = by.camera.Pixel(in_camera.hnormalized());
+  const Eigen::Array2d size(by.camera.width, by.camera.height);
+  if ((pixel < 0).any() || (pixel >= size).any()) return false;
+  const Eigen::Vector3d centre = by.cam_from_world.Centre();
+  return !scene_.Occluded(centre.cast<float>(), (point - centre).cast<float>(), kBeforePoint);
+}
+
 bool TruePlace::SeesToo(int photo, int other, const Eigen::Vector3d& point) const {
   constexpr double kMinAngle = 1, kMaxAngle = 45;  // degrees
-  constexpr float kBeforePoint = 1 - 1e-3f;        // of the way to it
-  const DepthPhoto& to = photos_[other];
-  const Eigen::Vector3d in_camera = to.cam_from_world.ToCamera(point);
-  if (in_camera.z() <= 0) return false;
-  const Eigen::Array2d pixel = to.camera.Pixel(in_camera.hnormalized());
-  const Eigen::Array2d size(to.camera.width, to.camera.height);
-  if ((pixel < 0).any() || (pixel >= size).any()) return false;
   const Eigen::Vector3d here = photos_[photo].cam_from_world.Centre() - point;
-  const Eigen::Vector3d there = to.cam_from_world.Centre() - point;
+  const Eigen::Vector3d there = photos_[other].cam_from_world.Centre() - point;
   const double degrees = RadToDeg(std::atan2(here.cross(there).norm(), here.dot(there)));
-  if (degrees < kMinAngle || degrees > kMaxAngle) return false;
-  return !scene_.Occluded((there + point).cast<float>(), (-there).cast<float>(), kBeforePoint);
+  return degrees >= kMinAngle && degrees <= kMaxAngle && Sees(other, point);
 }
 
 bool TruePlace::IsSeenByThree(int photo, const Eigen::Vector3d& point) const {

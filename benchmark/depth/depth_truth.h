@@ -27,6 +27,7 @@ class TruePlace {
       : scene_(scene), photos_(photos) {}
 
   Eigen::Vector3d Point(int photo, int x, int y, float depth) const;
+  bool Sees(int photo, const Eigen::Vector3d& point) const;
   // Whether `other` sees the point of photo `photo` from 1 to 45 degrees aside.
   bool SeesToo(int photo, int other, const Eigen::Vector3d& point) const;
   // Whether a depth can be confirmed: two others see its point.
