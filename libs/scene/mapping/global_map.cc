@@ -283,20 +283,13 @@ void ClearButIntrinsics(SceneMap* map) {
   for (const auto& [id, state] : map->camera_states()) {
     if (map->HaveItsPhotosOwnCameras(id)) apart.insert(id);
     const Camera& camera = map->reconstruction().Camera(id);
-    const bool is_told = state.refined || state.num_registered >= 2;
+    const bool is_told = state.refined || state.num_registered > 0;
     if (is_told && HasPossibleIntrinsics(camera)) found[id] = camera;
-  }
-  std::map<ImageId, std::vector<double>> own;
-  for (const ImageId id : map->reconstruction().RegImageIds()) {
-    const Camera& camera = map->reconstruction().Camera(map->reconstruction().Image(id).CameraId());
-    if (apart.count(map->GivenCamera(id)) > 0 && HasPossibleIntrinsics(camera))
-      own[id] = camera.Params();
   }
   map->Clear();
   for (const ImageId id : map->photos()) {
     if (apart.count(map->GivenCamera(id)) > 0) map->GiveOwnCamera(id);
   }
-  for (const auto& [id, params] : own) map->SetCamera(SceneMap::OwnCamera(id), params);
   for (const auto& [id, camera] : found) {
     map->SetCamera(camera);
     map->SetCameraRefined(id, true);

@@ -8,9 +8,8 @@
 
 namespace skein {
 
-// Drops poses and points. Cameras that several photos have told keep their intrinsics. If a
-// camera's registered photos have intrinsics of their own, these keep them, and its other photos
-// get some.
+// Drops poses and points. Cameras of registered photos keep their intrinsics. If a camera's
+// registered photos have intrinsics of their own, its other photos get some, too.
 void ClearButIntrinsics(SceneMap* map);
 
 // Places the photos that have verified pairs globally: rotation averaging of their relative

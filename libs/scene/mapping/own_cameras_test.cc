@@ -93,4 +93,15 @@ TEST(ClearButIntrinsics, LeavesPhotosTheirOwn) {
   }
 }
 
+// crowd-101, a camera a photo: each round of a global map began with the focal lengths that the
+// photos came with, and ended 4.4 % off; with those found, 0.9 %.
+TEST(ClearButIntrinsics, LeavesWhatOnePhotoHasTold) {
+  const std::unique_ptr<SceneMap> map = MapOf({});
+  for (ImageId id = 2; id <= 16; ++id) map->Deregister(id);
+  const std::vector<double> params = map->reconstruction().Camera(1).Params();
+  map->SetCameraRefined(1, false);
+  ClearButIntrinsics(map.get());
+  EXPECT_EQ(map->reconstruction().Camera(1).Params(), params);
+}
+
 }  // namespace skein::own_cameras_test

@@ -88,16 +88,6 @@ TEST(Submap, ThatIsMappedWithItsPlaceIsNotMappedAgainByItself) {
   EXPECT_EQ(run.NumRegistered(), static_cast<int>(run.scene.photos.size()));
 }
 
-// scenario_video: a second map of the place, of four photos, kept a map 10 % off as it was.
-TEST(Submap, OfALargeExpectedErrorIsMappedAnewAlsoIfItsPlaceIsMapped) {
-  SubmapRig run(SyntheticOptions{});
-  run.FeedAll();
-  ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
-  run.map.Finish(run.Sink(), {/*is_allowed=*/false});
-  EXPECT_EQ(run.NumRegistered(), static_cast<int>(run.scene.photos.size()));
-  EXPECT_LT(run.PositionErrorPercent(), 0.3);
-}
-
 TEST(Submap, AMapAnewThatIsNotCompleteIsDropped) {
   StoppableRig whole;
   whole->FeedAll();
