@@ -93,7 +93,7 @@ TEST(ClearButIntrinsics, LeavesPhotosTheirOwn) {
   }
 }
 
-// crowd-101, a camera a photo: each round of a global map began with the focal lengths that the
+// crowd-101 by name, a camera a photo: rounds of a global map began with the focal lengths that the
 // photos came with, and ended 4.4 % off; with those found, 0.9 %.
 TEST(ClearButIntrinsics, LeavesWhatOnePhotoHasTold) {
   const std::unique_ptr<SceneMap> map = MapOf({});
