@@ -45,7 +45,7 @@ struct CameraState {
   std::vector<double> prior_params;
   bool known = false;  // a person gave the model and the prior: the model stays
   bool focal_from_exif = false;
-  bool refined = false;    // a BA over several photos has set its parameters
+  bool refined = false;    // a map of several photos has set its parameters
   bool fixed = false;      // its parameters are known and stay
   int num_registered = 0;  // registered photos of it
   int num_at_choice = 0;   // the same when its model was chosen last; 0: never

@@ -97,7 +97,7 @@ class Submap {
   using Absorb = std::function<bool(const Submap& anew)>;
 
   // Whether and how the map's own photos are mapped again where the map is inconsistent. A finish
-  // maps them again for their expected error in any case.
+  // maps them again for a large expected error, too, allowed or not.
   struct Again {
     // False: all photos of the place are mapped as a batch in this finish, here or in another
     // submap.

@@ -82,7 +82,7 @@ TEST(Submap, ThatIsMappedWithItsPlaceIsNotMappedAgainByItself) {
   SubmapRig run(SyntheticOptions{});
   run.FeedAll();
   ASSERT_TRUE(run.map.ReplaceModel(DeadEnd(run.map)).ok());
-  run.map.Consolidate(run.Sink(), {/*is_allowed=*/false});
+  run.map.Finish(run.Sink(), {/*is_allowed=*/false});
   EXPECT_EQ(run.NumRegistered(), 2);
   EXPECT_TRUE(run.map.MapAsBatch({true, {}, nullptr}, run.Sink()));
   EXPECT_EQ(run.NumRegistered(), static_cast<int>(run.scene.photos.size()));
